@@ -1,0 +1,1 @@
+"""The origami game: a board, its rules, and finished designs."""

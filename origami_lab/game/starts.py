@@ -1,0 +1,75 @@
+"""Start patterns as a person declares them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from origami_lab.errors import InputError
+from origami_lab.game.state import CREASE, SQUARE
+
+CHOOSE = "choose"
+
+
+@dataclass(frozen=True)
+class Square:
+    """A square panel about the centre with a driven crease on each side.
+
+    Parameters
+    ----------
+    size
+        Half-width in board cells, or ``"choose"``: then it is the player's first decision.
+    """
+
+    size: int | str = CHOOSE
+    kind = SQUARE
+
+    def placements(self, half: int) -> range:
+        """The half-widths that may be chosen on a board from −half to half; raises InputError."""
+        if self.size == CHOOSE:
+            return range(1, half)
+        if isinstance(self.size, bool) or not isinstance(self.size, int) or not 1 <= self.size < half:
+            raise InputError(
+                "start.size",
+                self.size,
+                f"must be a half-width from 1 to {half - 1} on this board (its edge is at {half}), or 'choose'",
+            )
+        return range(self.size, self.size + 1)
+
+    def check_symmetry(self, symmetry: str) -> None:
+        """A square is symmetric under every group."""
+
+
+@dataclass(frozen=True)
+class Crease:
+    """A single driven crease from (−1, y) to (1, y); the panel above it stays in the plane z = 0.
+
+    Parameters
+    ----------
+    position
+        The crease's y, or ``"choose"``: then it is the player's first decision.
+    """
+
+    position: int | str = CHOOSE
+    kind = CREASE
+
+    def placements(self, half: int) -> range:
+        """The heights that may be chosen; raises InputError."""
+        if self.position == CHOOSE:
+            return range(1 - half, half)
+        if isinstance(self.position, bool) or not isinstance(self.position, int) or abs(self.position) >= half:
+            raise InputError(
+                "start.position",
+                self.position,
+                f"must be a height from {1 - half} to {half - 1} on this board, or 'choose'",
+            )
+        return range(self.position, self.position + 1)
+
+    def check_symmetry(self, symmetry: str) -> None:
+        """Its two panels fold differently, so no mirror may swap them; raises InputError."""
+        if symmetry not in ("none", "y"):
+            raise InputError(
+                "symmetry", symmetry, "must be none or y with start=crease, whose crease lies along the x axis"
+            )
+
+
+Start = Square | Crease

@@ -1,0 +1,51 @@
+"""How the kernels are compiled: one decorator, so that the compiler can be switched off in one place.
+
+``NUMBA_DISABLE_JIT=1`` runs the same functions as plain Python, for coverage and debugging.
+
+Machine code is cached on disk, in ``~/.cache/origami-lab`` (or under ``XDG_CACHE_HOME``, or ``NUMBA_CACHE_DIR``). Numba
+looks only at the file a kernel is in to see whether its cache is stale, but a kernel contains the code of those it
+calls; so the folder is named after the contents of all files with kernels.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import numba
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+_WITH_KERNELS = ("geometry", "kinematics", "game", "objectives", "search", "reporting")
+
+
+def cache_folder() -> Path:
+    """Where the machine code of this version of the kernels is kept."""
+    package = Path(__file__).parent
+    digest = hashlib.sha256(numba.__version__.encode())
+    for layer in _WITH_KERNELS:
+        for file in sorted((package / layer).glob("*.py")):
+            digest.update(file.name.encode())
+            digest.update(file.read_bytes())
+    chosen = os.environ.get("NUMBA_CACHE_DIR")
+    base = Path(chosen) if chosen else Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser() / "origami-lab"
+    return base / digest.hexdigest()[:16]
+
+
+numba.config.CACHE_DIR = str(cache_folder())
+
+
+def kernel(function: F) -> F:
+    """Compile ``function`` in nopython mode and cache the machine code on disk.
+
+    No ``fastmath``: results must be the same bits on every run, and mirror images exact.
+    """
+    return cast(F, numba.njit(cache=True, error_model="numpy")(function))
+
+
+def inlined(function: F) -> F:
+    """Like :func:`kernel` for small helpers of the hot loops, which LLVM shall inline."""
+    return cast(F, numba.njit(cache=True, error_model="numpy", forceinline=True)(function))

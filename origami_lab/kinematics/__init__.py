@@ -1,0 +1,1 @@
+"""How panels move: the principle of three units, in vector form."""

@@ -1,0 +1,36 @@
+"""A few random episodes of every kind; ``python -m tests.random_play`` plays many.
+
+Design page, section 9, items 6 and 8.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from origami_lab.game.state import STATUS_NAMES
+from tests.random_play import KINDS, STATUSES, Configuration, play_and_check
+
+SYMMETRIES = [("square", s) for s in ("none", "y", "x", "xy", "xyd")] + [("crease", "none"), ("crease", "y")]
+
+
+@pytest.mark.parametrize(("start", "symmetry"), SYMMETRIES)
+@pytest.mark.parametrize("growing", [False, True], ids=["plain", "growing"])
+def test_random_play_keeps_every_invariant(start: str, symmetry: str, growing: bool) -> None:
+    for board, length in ((9, None), (13, 2.9), (25, 2.9)):
+        configuration = Configuration(symmetry, start, board, length, growing)
+        tally = play_and_check(configuration, 16 if growing else 100, seed=2)
+        assert not tally.violations, "\n".join(tally.violations)
+        assert tally.statuses.sum() == (16 if growing else 100)
+
+
+def test_no_kind_of_move_is_silently_impossible() -> None:
+    counts = np.zeros(len(KINDS), dtype=np.int64)
+    for symmetry in ("y", "x", "xy"):
+        counts += play_and_check(Configuration(symmetry, "square", 9, None), 400, seed=5).counts
+    missing = [kind for kind, count in zip(KINDS, counts, strict=True) if not count and kind != "taken back"]
+    assert not missing
+
+
+def test_status_names_agree() -> None:
+    assert len(STATUSES) == len(STATUS_NAMES) + 1
