@@ -1,0 +1,220 @@
+"""Worker processes that run trials: one pipe each, so that a dead worker costs its own trial only.
+
+Not a library's pool, because three things must hold together: progress while a trial runs, a stop order that
+saves the best so far, and a worker that crashes (or is killed for its memory) failing one seed and no other.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import sys
+from collections import deque
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from multiprocessing import resource_tracker
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import SpawnProcess
+
+from origami_lab.experiment.folder import RunFolder
+from origami_lab.experiment.settings import Settings
+from origami_lab.experiment.trial import Progress
+from origami_lab.experiment.worker import Failed, Finished, Task, serve
+
+TICK_SECONDS = 0.1
+JOIN_SECONDS = 2.0
+_THREADS = ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "NUMBA")
+ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in _THREADS}
+"""A trial is one thread: the cores are for other trials."""
+
+
+@dataclass(frozen=True)
+class Started:
+    """A worker took up a trial."""
+
+    seed: int
+
+
+@dataclass(frozen=True)
+class Tick:
+    """Nothing happened for a moment: time to refresh the display."""
+
+
+Event = Started | Progress | Finished | Failed | Tick
+
+
+@dataclass(eq=False)
+class _Worker:
+    process: SpawnProcess
+    pipe: Connection
+    task: Task | None = None
+    playing: bool = False
+    """Whether its trial has reported: only then is there something to save."""
+
+
+class Pool:
+    """Worker processes. The first starts at once, and imports while the parent still checks its input."""
+
+    def __init__(self, settings: Settings) -> None:
+        self._context = multiprocessing.get_context("spawn")
+        self._settings = settings
+        self._workers = [self._start(first=True)]
+        self.stopping = False
+
+    def run(self, folder: RunFolder, seeds: Sequence[int]) -> Iterator[Event]:
+        """Run one trial for each seed and yield what happens, until all have ended.
+
+        The first trial goes ahead until it has found something: on a fresh installation it compiles the
+        kernels that the others then load.
+        """
+        todo = deque(seeds)
+        ready = False
+        while len(self._workers) < min(self._settings.workers, len(todo)):
+            self._workers.append(self._start())
+        while True:
+            if not self.stopping:
+                for worker in self._workers if ready else self._workers[:1]:
+                    if worker.task is None and todo:
+                        seed = todo.popleft()
+                        self._give(worker, Task(self._settings, folder, seed))
+                        yield Started(seed)
+            busy = [worker for worker in self._workers if worker.task is not None]
+            if not busy and (not todo or self.stopping):
+                return
+            events = list(self._listen(busy))
+            ready = ready or any(_is_under_way(event) for event in events)
+            yield from events or [Tick()]
+
+    def stop(self) -> None:
+        """Ask the running trials to save their best so far and end; start no others."""
+        if self.stopping:
+            return
+        self.stopping = True
+        for worker in self._workers:
+            if worker.task is None:
+                continue
+            if not worker.playing:  # still loading or compiling: nothing to save
+                worker.process.terminate()
+                continue
+            with suppress(OSError):  # it died; _listen will say so
+                worker.pipe.send("stop")
+
+    def close(self) -> None:
+        """End all workers, whatever they are doing."""
+        for worker in self._workers:
+            try:
+                if worker.task is None:
+                    worker.pipe.send(None)
+                else:
+                    worker.process.terminate()
+                worker.pipe.close()
+            except OSError:
+                pass
+        for worker in self._workers:
+            worker.process.join(JOIN_SECONDS)
+            if worker.process.is_alive():
+                worker.process.kill()
+                worker.process.join()
+
+    def __enter__(self) -> Pool:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _start(self, first: bool = False) -> _Worker:
+        ours, theirs = self._context.Pipe()
+        process = self._context.Process(target=serve, args=(theirs, self._settings, first), daemon=True)
+        with _environment(ONE_THREAD), _hidden_main(), _blocked_interrupts():
+            process.start()
+        theirs.close()
+        return _Worker(process, ours)
+
+    def _give(self, worker: _Worker, task: Task) -> None:
+        worker.task, worker.playing = task, False
+        with suppress(OSError):  # it died; _listen will say so
+            worker.pipe.send(task)
+
+    def _listen(self, busy: Sequence[_Worker]) -> Iterator[Event]:
+        by_pipe: dict[object, _Worker] = {worker.pipe: worker for worker in busy}
+        for pipe in wait(list(by_pipe), TICK_SECONDS):  # type: ignore[arg-type]
+            worker = by_pipe[pipe]
+            try:
+                event = worker.pipe.recv()
+            except (EOFError, OSError):
+                yield self._bury(worker)
+                continue
+            worker.playing = True
+            if not isinstance(event, Progress):
+                worker.task = None
+            yield event
+
+    def _bury(self, worker: _Worker) -> Event:
+        """A worker died with its trial. Another takes its place."""
+        task = worker.task
+        worker.process.join(JOIN_SECONDS)
+        code = worker.process.exitcode
+        worker.pipe.close()
+        worker.task = None
+        if self.stopping and not worker.playing:  # ended by us before it had anything
+            return Tick()
+        if not self.stopping:
+            fresh = self._start()
+            worker.process, worker.pipe = fresh.process, fresh.pipe
+        assert task is not None
+        cause = f"killed by signal {-code}" if code is not None and code < 0 else f"exit code {code}"
+        return Failed(task.seed, f"the worker process died ({cause})", "")
+
+
+def _is_under_way(event: Event) -> bool:
+    """Whether a trial has played and certified a design, or is over."""
+    return isinstance(event, Finished | Failed) or (isinstance(event, Progress) and event.best is not None)
+
+
+@contextmanager
+def _environment(values: dict[str, str]) -> Iterator[None]:
+    """Environment variables for the processes started inside."""
+    before = {name: os.environ.get(name) for name in values}
+    os.environ.update(values)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+@contextmanager
+def _blocked_interrupts() -> Iterator[None]:
+    """Start processes that never see Ctrl-C, not even while they import; ours is delivered afterwards."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    # started by the first process otherwise, which would unblock the signal on the way
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def _hidden_main() -> Iterator[None]:
+    """Keep spawned processes from importing the parent's main script.
+
+    They do not need it, and a script that calls us without ``if __name__ == "__main__"`` would run again.
+    """
+    main = sys.modules["__main__"]
+    saved: dict[str, object] = {
+        name: main.__dict__.pop(name) for name in ("__file__", "__spec__") if name in main.__dict__
+    }
+    main.__dict__.setdefault("__spec__", None)
+    try:
+        yield
+    finally:
+        main.__dict__.update(saved)

@@ -1,0 +1,204 @@
+"""One trial: one seed's search, its best design, and the design's files."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from origami_lab.experiment.build import Parts, build_parts
+from origami_lab.experiment.folder import RunFolder
+from origami_lab.experiment.settings import Settings
+from origami_lab.reporting.tables import NO_DESIGN, OK, STOPPED
+
+if TYPE_CHECKING:
+    from origami_lab.game.pattern import CreasePattern
+    from origami_lab.search.problem import Outcome, Problem
+
+
+MOTION_STEPS = 24
+"""Folded states in motion.fold and motion.gif."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a trial is."""
+
+    seed: int
+    interactions: int
+    best: float | None
+    """Best return so far, None before the first."""
+
+
+def run_trial(
+    settings: Settings,
+    seed: int,
+    folder: RunFolder,
+    report: Callable[[Progress], None] | None = None,
+    should_stop: Callable[[], bool] | None = None,
+    parts: Parts | None = None,
+) -> tuple[dict[str, Any], list[str]]:
+    """Search with one seed and write ``seed=N`` into the run folder.
+
+    The result depends on the settings and the seed only, not on the process or on what ran in it before:
+    ``parts`` may be given where they are built already, but not used.
+
+    Returns
+    -------
+    The trial's row of trials.csv, and warnings (pictures that could not be drawn).
+    """
+    from origami_lab.search.problem import Problem
+
+    def on_progress(problem: Problem) -> None:
+        if report is not None:
+            best = problem.best_value
+            report(Progress(seed, problem.interactions, best if math.isfinite(best) else None))
+
+    parts = parts or build_parts(settings)
+    problem = Problem(
+        parts.game,
+        parts.objective,
+        settings.budget,
+        certify=settings.certify,
+        on_progress=on_progress,
+        should_stop=should_stop,
+    )
+    start = time.perf_counter()
+    parts.searcher.search(problem, random_generator(seed))
+    seconds = time.perf_counter() - start
+    on_progress(problem)
+
+    outcome = problem.outcome()
+    design = parts.game.design(outcome.actions, outcome.angle)
+    # a search that ends by itself before its budget is spent is a finished one
+    stopped = should_stop is not None and should_stop() and outcome.interactions < settings.budget
+    row = _row(seed, parts, outcome, design, seconds, stopped)
+    facts = {"task": settings.task, "search": settings.method, "board": parts.game.board_size}
+    facts |= {name: row[name] for name in ("seed", "return", "driving_angle", "interactions", "status")}
+    design = replace(design, metadata=MappingProxyType(facts))
+    with folder.new_trial(seed) as path:
+        warnings = _write_files(path, folder, settings, parts, outcome, design, row)
+    return row, warnings
+
+
+def random_generator(seed: int) -> np.random.Generator:
+    """The one source of randomness of a trial."""
+    return np.random.default_rng(np.random.SeedSequence(seed))
+
+
+def _row(
+    seed: int, parts: Parts, outcome: Outcome, design: CreasePattern, seconds: float, stopped: bool
+) -> dict[str, Any]:
+    from origami_lab.objectives.base import report as report_figures
+
+    figures = report_figures(parts.objective, parts.game, outcome.actions, outcome.angle)
+    best = outcome.angle if outcome.succeeded else None
+    return {
+        "seed": seed,
+        # no episode succeeded: then all of them brought the penalty
+        "return": float(outcome.value) if outcome.succeeded else parts.game.penalty,
+        **{f"return_{name}": _finite(figures.get(f"return_{name}")) for name in ("vertex", "surface", "sampled")},
+        "driving_angle": None if best is None else math.degrees(parts.game.angles[best]),
+        "interactions": int(outcome.interactions),
+        "interactions_to_best": int(outcome.interactions_to_best),
+        "seconds": round(seconds, 3),
+        "interactions_per_second": round(outcome.interactions / max(seconds, 1e-9), 1),
+        "vertices": len(design.vertices),
+        "creases": int(np.count_nonzero(~design.boundary)),
+        "panels": len(design.panels),
+        "reach": len(design.driving_angles),
+        "status": STOPPED if stopped else OK if outcome.succeeded else NO_DESIGN,
+        "episodes": int(outcome.episodes),
+        "rejected": int(outcome.rejected),
+    }
+
+
+def _finite(value: float | None) -> float | None:
+    return None if value is None or not math.isfinite(value) else float(value)
+
+
+def _write_files(
+    path: Path,
+    folder: RunFolder,
+    settings: Settings,
+    parts: Parts,
+    outcome: Outcome,
+    design: CreasePattern,
+    row: dict[str, Any],
+) -> list[str]:
+    from origami_lab.export.fold import write_fold
+
+    write_fold(path / "best.fold", design)
+    write_fold(path / "motion.fold", _motion(parts, outcome, design))
+    _write_actions(path / "actions.json", settings, parts, outcome, row)
+    _write_curve(path / "curve.csv", parts, outcome, row)
+    warnings = _draw(path, folder.path / "target.ply")
+    (path / "result.json").write_text(json.dumps(row, indent=2) + "\n", encoding="utf-8")
+    return warnings
+
+
+def _motion(parts: Parts, outcome: Outcome, design: CreasePattern) -> CreasePattern:
+    """The design's motion up to its best driving angle, in steps fine enough to be watched."""
+    if not outcome.succeeded:
+        return design
+    angles = np.linspace(0.0, parts.game.angles[outcome.angle], MOTION_STEPS + 1)[1:]
+    return parts.game.motion(outcome.actions, angles, design.metadata)
+
+
+def _write_actions(path: Path, settings: Settings, parts: Parts, outcome: Outcome, row: dict[str, Any]) -> None:
+    """The best design's actions and moves, and all that the game needs to replay them."""
+    from origami_lab.game.moves import move_to_dict
+
+    document = {
+        "game": {**settings.game, "start": settings.start},
+        "seed": row["seed"],
+        "return": row["return"],
+        "angle": int(outcome.angle),
+        "driving_angle": row["driving_angle"],
+        "actions": [int(action) for action in outcome.actions],
+        "moves": [move_to_dict(move) for move in parts.game.moves(outcome.actions)],
+    }
+    path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+
+
+def _write_curve(path: Path, parts: Parts, outcome: Outcome, row: dict[str, Any]) -> None:
+    """Best return over interactions: one row an improvement, and one at the end."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(("interactions", "return", "driving_angle"))
+        for step in outcome.improvements:
+            angle = math.degrees(parts.game.angles[step.angle])
+            writer.writerow((int(step.interaction), float(step.value), angle))
+        writer.writerow((row["interactions"], row["return"], row["driving_angle"]))
+
+
+def _draw(path: Path, target_file: Path) -> list[str]:
+    """Draw the pictures. One that fails is a warning: the design is what counts."""
+    warnings = []
+    try:
+        from origami_lab.export.fold import read_fold
+        from origami_lab.reporting.pictures import draw_folded, draw_motion, draw_pattern, read_target
+
+        fold, motion = read_fold(path / "best.fold"), read_fold(path / "motion.fold")
+        target = read_target(target_file) if target_file.is_file() else None
+    except Exception as error:
+        return [f"no pictures: {type(error).__name__}: {error}"]
+    pictures: tuple[tuple[str, Callable[[Path], object]], ...] = (
+        ("pattern.png", lambda file: draw_pattern(fold, file)),
+        ("folded.png", lambda file: draw_folded(fold, file, target)),
+        ("motion.gif", lambda file: draw_motion(motion, file, target)),
+    )
+    for name, draw in pictures:
+        try:
+            draw(path / name)
+        except Exception as error:
+            warnings.append(f"no {name}: {type(error).__name__}: {error}")
+    return warnings

@@ -1,0 +1,1 @@
+"""Designs as files that other programs open."""

@@ -1,0 +1,204 @@
+"""FOLD 1.2, the interchange format of computational origami (https://github.com/edemaine/fold).
+
+The key frame is the flat crease pattern, because simple readers stop there; its mountains, valleys and fold
+angles are those of the best driving angle. The frames that follow are the folding motion: every reachable
+driving angle in increasing order, except that the best one comes last. What FOLD has no key for is written
+under keys with our namespace, e.g. ``vertices_origami_lab:mode`` for the rigid body mode M of the paper.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from origami_lab.export.foldfile import ACTIONS, ANGLE, CREATOR, DRIVEN, METADATA, MODE, FoldFile, FoldFrame
+from origami_lab.export.reading import read_fold
+from origami_lab.game.pattern import BOUNDARY, FLAT, CreasePattern
+
+__all__ = ["FoldFile", "FoldFrame", "fold_title", "read_fold", "to_fold", "write_fold"]
+
+_LINE = 110
+"""Columns at which the written JSON wraps."""
+
+
+def to_fold(design: CreasePattern) -> dict[str, Any]:
+    """The design as a FOLD 1.2 object: plain dictionaries, lists, strings and numbers.
+
+    Lengths are board cells, angles degrees in [−180, 180], valleys positive; the angle of a boundary or flat
+    edge is exactly 0. ``edges_faces`` lists the panel on the left of the edge first. Self-intersection is
+    not claimed either way: that is what a certificate is for.
+    """
+    count, reach = len(design.edges), len(design.driving_angles)
+    if reach:
+        assignments, angles = _creases(design, design.best)
+    else:  # nothing folds: a flat sheet
+        assignments, angles = [BOUNDARY if outer else FLAT for outer in design.boundary], [0.0] * count
+    order = [k for k in range(reach) if k != design.best] + ([design.best] if reach else [])
+    return {
+        "file_spec": 1.2,
+        "file_creator": CREATOR,
+        "file_title": fold_title(design.metadata),
+        "file_classes": ["singleModel", "animation"],
+        "frame_title": "crease pattern",
+        "frame_classes": ["creasePattern"],
+        "frame_attributes": ["2D", "manifold", "orientable", "noCuts"],
+        "frame_unit": "unit",
+        "vertices_coords": _numbers(design.vertices),
+        MODE: [int(mode) for mode in design.modes],
+        "edges_vertices": [[int(u), int(v)] for u, v in design.edges],
+        "edges_assignment": assignments,
+        "edges_foldAngle": angles,
+        "edges_faces": _edge_faces(design),
+        DRIVEN: [bool(driven) for driven in design.driven],
+        "faces_vertices": [[int(v) for v in panel] for panel in design.panels],
+        ACTIONS: [int(action) for action in design.actions],
+        METADATA: _plain(design.metadata),
+        "file_frames": [_frame(design, k, assignments) for k in order],
+    }
+
+
+def write_fold(path: str | os.PathLike[str], design: CreasePattern) -> None:
+    """Write the design as a FOLD file; a reader sees the whole file or none of it.
+
+    Numbers keep their full precision, negative zeros become zero. Raises ``ValueError`` on coordinates that
+    are not finite, ``OSError`` where the file cannot be written.
+    """
+    text = _dump(to_fold(design))
+    path = Path(path)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        temporary.write_text(text, encoding="utf-8")
+        temporary.replace(path)
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+
+
+def fold_title(metadata: Mapping[str, object]) -> str:
+    """A title from the facts of a trial: ``title`` itself, or for instance "bowl, bfts, seed 3"."""
+    if metadata.get("title"):
+        return str(metadata["title"])
+    parts = [str(metadata[key]) for key in ("task", "search") if metadata.get(key) not in (None, "")]
+    if metadata.get("seed") is not None:
+        parts.append(f"seed {metadata['seed']}")
+    return ", ".join(parts) or "rigid origami"
+
+
+def _frame(design: CreasePattern, k: int, key_assignments: list[str]) -> dict[str, Any]:
+    """The folded form at driving angle ``k``, with what differs from the key frame."""
+    assignments, angles = _creases(design, k)
+    degrees = _clean(math.degrees(design.driving_angles[k]))
+    frame = {
+        "frame_parent": 0,
+        "frame_inherit": True,
+        "frame_title": f"folded at {degrees:.2f} degrees" + (", the best" if k == design.best else ""),
+        "frame_classes": ["foldedForm"],
+        "frame_attributes": ["3D", "manifold", "orientable", "noCuts"],
+        ANGLE: degrees,
+        "vertices_coords": _numbers(design.folded[k]),
+        "edges_foldAngle": angles,
+    }
+    if assignments != key_assignments:  # a crease may change sign, or pass through flat, along the motion
+        frame["edges_assignment"] = assignments
+    return frame
+
+
+def _creases(design: CreasePattern, k: int) -> tuple[list[str], list[float]]:
+    """Assignments and fold angles (degrees) of the edges at driving angle ``k``."""
+    assignments = list(dataclasses.replace(design, best=k).assignments)
+    degrees = np.clip(np.degrees(design.fold_angles[k]), -180.0, 180.0)
+    angles = [
+        0.0 if letter in (BOUNDARY, FLAT) else _clean(angle)
+        for letter, angle in zip(assignments, degrees.tolist(), strict=True)
+    ]
+    return assignments, angles
+
+
+def _edge_faces(design: CreasePattern) -> list[list[int]]:
+    """The panels beside each edge, the left one first; one on the boundary, two elsewhere."""
+    left = {
+        (u, v): index
+        for index, panel in enumerate(design.panels)
+        for u, v in zip(panel, (*panel[1:], panel[0]), strict=True)
+    }
+    return [[left[side] for side in ((int(u), int(v)), (int(v), int(u))) if side in left] for u, v in design.edges]
+
+
+def _numbers(rows: NDArray[np.float64]) -> list[list[float]]:
+    """Nested lists at full precision, without negative zeros."""
+    if not np.isfinite(rows).all():
+        raise ValueError("a design with coordinates that are not finite cannot be written")
+    nested: list[list[float]] = (rows + 0.0).tolist()
+    return nested
+
+
+def _clean(value: float) -> float:
+    """A Python float without a negative zero; not finite is refused as in :func:`_numbers`."""
+    if not math.isfinite(value):
+        raise ValueError("a design with angles that are not finite cannot be written")
+    return float(value) + 0.0
+
+
+def _plain(value: object) -> Any:
+    """``value`` as JSON has it: NumPy scalars become Python's, numbers that are not finite become null."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return _plain(value.tolist())
+    if isinstance(value, list | tuple | set | frozenset):
+        return [_plain(item) for item in value]
+    if isinstance(value, float):
+        return value + 0.0 if math.isfinite(value) else None
+    return value if value is None or isinstance(value, bool | int | str) else str(value)
+
+
+def _dump(fold: Mapping[str, Any]) -> str:
+    """JSON that a person can read and that is not much longer than need be."""
+    return "\n".join(_lines(fold, "")) + "\n"
+
+
+def _lines(value: Any, indent: str, taken: int = 0) -> Iterator[str]:
+    """``value`` on one line where it fits; else a key, a dictionary or as many items as fit per line.
+
+    ``taken`` columns of the first line hold the key.
+    """
+    inline = json.dumps(value, allow_nan=False, ensure_ascii=False)
+    if len(indent) + taken + len(inline) < _LINE or not isinstance(value, dict | list) or not value:
+        yield inline
+        return
+    inner = indent + " "
+    if isinstance(value, dict):
+        yield "{"
+        for index, (key, item) in enumerate(value.items()):
+            name = json.dumps(key) + ": "
+            first, *rest = _lines(item, inner, len(name))
+            block = [inner + name + first, *rest]
+            block[-1] += "," if index < len(value) - 1 else ""
+            yield from block
+        yield indent + "}"
+        return
+    yield "["
+    row = inner
+    for index, item in enumerate(value):
+        first, *rest = _lines(item, inner) if isinstance(item, dict) else [json.dumps(item, allow_nan=False)]
+        comma = "," if index < len(value) - 1 else ""
+        if rest:
+            block = [inner + first, *rest]
+            block[-1] += comma
+            yield from block
+            continue
+        if row != inner and len(row) + len(first) + 2 > _LINE:
+            yield row
+            row = inner
+        row += ("" if row == inner else " ") + first + comma
+    if row != inner:
+        yield row
+    yield indent + "]"

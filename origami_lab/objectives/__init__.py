@@ -1,0 +1,1 @@
+"""What a folded shape is scored by: targets and objectives."""

@@ -1,0 +1,114 @@
+"""What an objective is: a score for a folded sheet, and a bound on what any continuation of it can score.
+
+The simplest objective is any object with a method ``score(sheet)``; it gets a read-only
+:class:`~origami_lab.game.folded.FoldedSheet` and returns a number or a :class:`Score`. It may also have
+``bound(sheet)``. An objective that wants speed implements :class:`Objective` itself and works on the state arrays.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from origami_lab.errors import InputError
+from origami_lab.game.folded import FoldedSheet
+from origami_lab.game.game import Game
+from origami_lab.game.state import States
+
+Memos = NDArray[Any]
+"""Array of an evaluator's notes, one for each state: cleared with the state, copied with it."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """A value to be maximised and the index of the driving angle that reaches it (−1: none does)."""
+
+    value: float
+    angle: int
+
+
+NO_SCORE = Score(-math.inf, -1)
+
+
+class Evaluator(Protocol):
+    """An objective bound to a game.
+
+    ``above`` is what the caller has already: a method may return any value not above it as soon as it knows that
+    the true value is not above it either.
+    """
+
+    def new_memos(self, count: int) -> Memos:
+        """Notes for ``count`` states."""
+        ...
+
+    def clear(self, memos: Memos, i: int) -> None:
+        """Forget what was noted of a state."""
+        ...
+
+    def score(self, states: States, memos: Memos, i: int, above: float = -math.inf) -> Score:
+        """Best value over the driving angles that the state reaches and that may be used."""
+        ...
+
+    def bound(self, states: States, memos: Memos, i: int, above: float = -math.inf) -> float:
+        """A value that no continuation of the state can exceed; +inf if none is known."""
+        ...
+
+
+@runtime_checkable
+class Objective(Protocol):
+    """An objective that makes its own evaluator."""
+
+    def bind(self, game: Game) -> Evaluator:
+        """The evaluator of this objective in a game."""
+        ...
+
+    def report(self, game: Game, actions: tuple[int, ...], angle: int) -> dict[str, float]:
+        """Further figures of a finished design at one driving angle, for the table of trials."""
+        ...
+
+
+class SheetEvaluator:
+    """Adapts an object with ``score(sheet)`` (and perhaps ``bound(sheet)``)."""
+
+    def __init__(self, objective: Any, game: Game) -> None:
+        self._objective, self._rules = objective, game.rules
+        self._has_bound = callable(getattr(objective, "bound", None))
+
+    def new_memos(self, count: int) -> Memos:
+        return np.zeros(count, dtype=np.int8)
+
+    def clear(self, memos: Memos, i: int) -> None:
+        pass
+
+    def score(self, states: States, memos: Memos, i: int, above: float = -math.inf) -> Score:
+        sheet = FoldedSheet(states, i, self._rules)
+        result = self._objective.score(sheet)
+        score = result if isinstance(result, Score) else Score(float(result), sheet.reach - 1)
+        if math.isnan(score.value):
+            raise InputError("objective", type(self._objective).__name__, "returned NaN; it must return a number")
+        return score
+
+    def bound(self, states: States, memos: Memos, i: int, above: float = -math.inf) -> float:
+        if not self._has_bound:
+            return math.inf
+        return float(self._objective.bound(FoldedSheet(states, i, self._rules)))
+
+
+def bind(objective: Any, game: Game) -> Evaluator:
+    """The evaluator of any objective; raises InputError for an object that is none."""
+    if isinstance(objective, Objective):
+        return objective.bind(game)
+    if callable(getattr(objective, "score", None)):
+        return SheetEvaluator(objective, game)
+    raise InputError("objective", type(objective).__name__, "must have a method score(sheet) that returns a number")
+
+
+def report(objective: Any, game: Game, actions: tuple[int, ...], angle: int) -> dict[str, float]:
+    """Further figures of a finished design; none from an objective that reports nothing."""
+    if not callable(getattr(objective, "report", None)) or angle < 0:
+        return {}
+    return {key: float(value) for key, value in objective.report(game, actions, angle).items()}

@@ -1,0 +1,192 @@
+"""Kernels of the shape objective: how far the folded sheet strays from the target, and how well it covers it.
+
+d→ (:func:`stray`) only grows as vertices are added, since a placed vertex never moves: its negative is the
+monotone potential of the paper (section 3.6.1) and a true bound. d← (:func:`uncovered`) is the remainder.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from origami_lab.game.collisions import place_corner
+from origami_lab.game.state import Record, States, has_image, image_code
+from origami_lab.geometry.bvh import Bvh, build_bvh, inside, nearest_squared
+from origami_lab.jit import kernel
+
+Array = NDArray[np.float64]
+
+
+def memo_dtype(angles: int) -> np.dtype[np.void]:
+    """Notes for one state: how many vertices were measured, and d→ at each driving angle."""
+    return np.dtype([("measured", np.int64), ("stray", np.float64, (angles,))], align=True)
+
+
+@kernel
+def stray(
+    states: States, i: int, rules: States, memos: States, target: Bvh, solid: bool, images: bool, enough: float
+) -> float:
+    """The smallest d→ over the usable reachable angles, from the vertices of a state.
+
+    Vertices that were measured before are not measured again. At an angle whose d→ has reached ``enough`` the rest is
+    not measured: the returned value is then at least ``enough``, too.
+
+    Parameters
+    ----------
+    solid
+        Vertices inside the closed target do not stray.
+    images
+        Whether to measure all images of a vertex; not needed where the target has the game's symmetry.
+    """
+    s, r, memo = states[i], rules[0], memos[i]
+    corner = np.empty((1, 3))
+    first = r.min_reach - 1
+    order = r.order if images else 1
+    for v in range(memo.measured, s.n_vertices):
+        for g in range(order):
+            if g > 0 and not has_image(r, s.axis[v], g):
+                continue
+            for k in range(first, s.reach):
+                so_far = memo.stray[k]
+                if so_far >= enough:
+                    continue
+                place_corner(s, r, 8 * v + g, k, corner, 0)
+                x, y, z = corner[0, 0], corner[0, 1], corner[0, 2]
+                squared = nearest_squared(target, x, y, z, so_far * so_far, enough * enough)
+                if squared > so_far * so_far and not (solid and inside(target, x, y, z)):
+                    memo.stray[k] = np.sqrt(squared)
+    memo.measured = s.n_vertices
+    best = np.inf
+    for k in range(first, s.reach):
+        best = min(best, memo.stray[k])
+    return best
+
+
+@kernel
+def folded_triangles(s: Record, r: Record, k: int) -> Array:
+    """(T, 3, 3) corners of all triangles of the folded sheet, images included, at driving angle k."""
+    count = 0
+    for t in range(s.n_triangles):
+        for g in range(r.order):
+            if has_image(r, s.images[t], g):
+                count += 1
+    out = np.empty((count, 3, 3))
+    row = 0
+    for t in range(s.n_triangles):
+        for g in range(r.order):
+            if has_image(r, s.images[t], g):
+                for j in range(3):
+                    place_corner(s, r, image_code(r, g, s.corners[t, j]), k, out[row], j)
+                row += 1
+    return out
+
+
+@kernel
+def folded_triangles_of(states: States, i: int, rules: States, k: int) -> Array:
+    """:func:`folded_triangles` of one of several states."""
+    return folded_triangles(states[i], rules[0], k)
+
+
+@kernel
+def uncovered(samples: Bvh, surface: Bvh, start: float, enough: float, hint: NDArray[np.int64]) -> float:
+    """max(start, the largest distance from a sample of the target to the folded surface).
+
+    Distance is 1-Lipschitz, so a box of samples is at most d(centre) + half its diagonal away. Returns a value of at
+    least ``enough`` as soon as one is found.
+
+    Parameters
+    ----------
+    samples
+        Tree over the sample points as triangles without area.
+    hint
+        (1,) a sample to look at first; the one that decided is left there. It changes no result.
+    """
+    boxes, points = samples.boxes, samples.triangles
+    count = points.shape[0]
+    depth = 0
+    while (2 << depth) < boxes.shape[0]:
+        depth += 1
+    best = start
+    i = hint[0]
+    cap = enough * enough
+    d = np.sqrt(nearest_squared(surface, points[i, 0, 0], points[i, 0, 1], points[i, 0, 2], best * best, cap))
+    best = max(best, d)
+    stack = np.empty(64, np.int64)
+    levels = np.empty(64, np.int64)
+    stack[0], levels[0] = 1, 0
+    size = 1
+    while size > 0 and best < enough:
+        size -= 1
+        node, level = stack[size], levels[size]
+        if level == depth:
+            position = node - (1 << level)
+            for i in range((count * position) >> level, (count * (position + 1)) >> level):
+                d = np.sqrt(
+                    nearest_squared(surface, points[i, 0, 0], points[i, 0, 1], points[i, 0, 2], best * best, cap)
+                )
+                if d > best:
+                    best = d
+                    hint[0] = i
+            continue
+        far, near = -1, -1
+        far_distance = -1.0
+        for child in (2 * node, 2 * node + 1):
+            hx = 0.5 * (boxes[child, 3] - boxes[child, 0])
+            hy = 0.5 * (boxes[child, 4] - boxes[child, 1])
+            hz = 0.5 * (boxes[child, 5] - boxes[child, 2])
+            radius = np.sqrt(hx * hx + hy * hy + hz * hz)
+            limit = max(0.0, best - radius)
+            d = np.sqrt(
+                nearest_squared(
+                    surface, boxes[child, 0] + hx, boxes[child, 1] + hy, boxes[child, 2] + hz, limit * limit, np.inf
+                )
+            )
+            if d + radius <= best:
+                continue
+            if d > far_distance:
+                near = far
+                far, far_distance = child, d
+            else:
+                near = child
+        # the farther half is looked at first
+        if near >= 0:
+            stack[size], levels[size] = near, level + 1
+            size += 1
+        if far >= 0:
+            stack[size], levels[size] = far, level + 1
+            size += 1
+    return best
+
+
+@kernel
+def vertex_distance(
+    states: States,
+    i: int,
+    rules: States,
+    memos: States,
+    samples: Bvh,
+    enough: float,
+    hint: NDArray[np.int64],
+) -> tuple[float, int]:
+    """The smallest max(d→, d←) over the usable angles and its index, if below ``enough``; else (inf, −1).
+
+    d→ must have been measured by :func:`stray` with the same ``enough``.
+    """
+    s, r, memo = states[i], rules[0], memos[i]
+    best, angle = enough, -1
+    if s.n_triangles == 0:
+        return np.inf, -1
+    tried = np.zeros(s.reach, np.bool_)
+    for _ in range(r.min_reach - 1, s.reach):
+        # the angle that strays least comes next
+        k = -1
+        for j in range(r.min_reach - 1, s.reach):
+            if not tried[j] and memo.stray[j] < best and (k < 0 or memo.stray[j] < memo.stray[k]):
+                k = j
+        if k < 0:
+            break
+        tried[k] = True
+        d = uncovered(samples, build_bvh(folded_triangles(s, r, k)), memo.stray[k], best, hint)
+        if d < best:
+            best, angle = d, k
+    return (best, angle) if angle >= 0 else (np.inf, -1)

@@ -1,0 +1,178 @@
+"""The table of an experiment's trials: its columns, its file, its mean ± std, its look in a terminal."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import statistics
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+COLUMNS = (
+    "seed",
+    "return",
+    "return_vertex",
+    "return_surface",
+    "return_sampled",
+    "driving_angle",
+    "interactions",
+    "interactions_to_best",
+    "seconds",
+    "interactions_per_second",
+    "vertices",
+    "creases",
+    "panels",
+    "reach",
+    "status",
+    "episodes",
+    "rejected",
+)
+"""Columns of trials.csv; angles in degrees, empty where there is no value."""
+
+RETURNS = ("return", "return_vertex", "return_surface", "return_sampled")
+TIMINGS = ("seconds", "interactions_per_second")
+"""Columns that differ from run to run."""
+
+OK, NO_DESIGN, STOPPED, FAILED = "ok", "no design", "stopped", "failed"
+
+INTEGERS = frozenset(
+    (
+        "seed",
+        "interactions",
+        "interactions_to_best",
+        "vertices",
+        "creases",
+        "panels",
+        "reach",
+        "episodes",
+        "rejected",
+    )
+)
+
+Row = Mapping[str, Any]
+"""One trial: column to int, float, str or None."""
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Mean and sample standard deviation (n − 1; None for fewer than two values) of n values."""
+
+    mean: float
+    std: float | None
+    n: int
+
+    def __str__(self) -> str:
+        return f"{self.mean:.4f}" if self.std is None else f"{self.mean:.4f} ± {self.std:.4f}"
+
+
+def spent_budget(row: Row) -> bool:
+    """Whether the trial ran to its end, so that it is comparable with others."""
+    return row.get("status") in (OK, NO_DESIGN)
+
+
+def spreads(rows: Iterable[Row]) -> dict[str, Spread]:
+    """Mean ± std of each return over the trials that ran to their end."""
+    rows = [row for row in rows if spent_budget(row)]
+    found = {}
+    for column in RETURNS:
+        values = [float(row[column]) for row in rows if row.get(column) is not None]
+        if values:
+            std = statistics.stdev(values) if len(values) > 1 else None
+            found[column] = Spread(statistics.fmean(values), std, len(values))
+    return found
+
+
+def best_row(rows: Iterable[Row]) -> Row | None:
+    """The trial with the highest return; the lowest seed among equals."""
+    scored = [row for row in rows if row.get("return") is not None]
+    return max(scored, key=lambda row: (row["return"], -row["seed"]), default=None)
+
+
+def format_trials(rows: Iterable[Row]) -> str:
+    """The text of trials.csv: the rows in order of their seeds."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for row in sorted(rows, key=lambda row: int(row["seed"])):
+        writer.writerow(["" if row.get(name) is None else row[name] for name in COLUMNS])
+    return text.getvalue()
+
+
+def read_trials(path: Path) -> list[dict[str, Any]]:
+    """Read a trials.csv back: numbers as numbers, empty cells as None.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    """
+    with path.open(newline="", encoding="utf-8") as file:
+        return [{name: _value(name, cell) for name, cell in row.items()} for row in csv.DictReader(file)]
+
+
+def _value(column: str, cell: str) -> int | float | str | None:
+    if cell == "":
+        return None
+    if column in INTEGERS:
+        return int(cell)
+    try:
+        return cell if column == "status" else float(cell)
+    except ValueError:
+        return cell
+
+
+def summary_table(rows: Sequence[Row], title: str | None = None) -> Table:
+    """The trials and their mean ± std, for a terminal of 80 columns."""
+    from rich import box
+    from rich.table import Table
+
+    # the search's own distance is the return: said once
+    returns = ["return"] + [
+        name for name in RETURNS[1:] if any(_differs(row.get(name), row.get("return")) for row in rows)
+    ]
+    several = len(rows) > 1
+    table = Table(
+        title=title,
+        title_justify="left",
+        show_footer=several,
+        header_style="bold",
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+    )
+    found = spreads(rows)
+    best = best_row(rows)
+    table.add_column("seed", "mean\nstd", justify="right")
+    for name in returns:
+        footer = f"{_number(found[name].mean, '.4f')}\n{_number(found[name].std, '.4f')}" if name in found else ""
+        table.add_column(name.removeprefix("return_"), footer, justify="right")
+    for shown in ("angle °", "best at", "vertices"):
+        table.add_column(shown, justify="right")
+    shows_status = any(row["status"] != OK for row in rows)
+    if shows_status:
+        table.add_column("status")
+    for row in sorted(rows, key=lambda row: int(row["seed"])):
+        table.add_row(
+            str(row["seed"]),
+            *(_number(row.get(name), ".4f") for name in returns),
+            _number(row.get("driving_angle"), ".1f"),
+            _number(row.get("interactions_to_best"), ",d"),
+            _number(row.get("vertices"), "d"),
+            *([str(row["status"]).partition(":")[0]] if shows_status else []),
+            style="bold" if row is best and several else None,
+        )
+    return table
+
+
+def _differs(value: float | None, other: float | None) -> bool:
+    """Whether a table with four decimals has something to tell about ``value``."""
+    return value is not None and (other is None or abs(value - other) > 1e-6)
+
+
+def _number(value: Any, form: str) -> str:
+    return "–" if value is None or not math.isfinite(value) else format(value, form)

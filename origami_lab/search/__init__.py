@@ -1,0 +1,1 @@
+"""Searchers: each plays the game for a budget of interactions and reports its best designs."""

@@ -1,0 +1,279 @@
+"""The problem a searcher works on: a game, an objective, and a budget counted in one place.
+
+A searcher plays on *positions*, pairs of a game state and the evaluator's notes on it, through the methods here: that
+is how every interaction is counted, the best design kept, and progress reported.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from origami_lab.game.game import Game
+from origami_lab.game.play import branch, clear_state, copy_to, legal_of, play_uniform, step
+from origami_lab.game.state import RUNNING, States
+from origami_lab.objectives.base import Evaluator, Memos, Score, bind
+from origami_lab.search.certify import certified_reach
+from origami_lab.search.draws import Draws
+
+Actions = NDArray[np.int32]
+
+PROGRESS_SECONDS = 0.25
+
+
+@dataclass(frozen=True)
+class Improvement:
+    """A new best design: after how many interactions, its return, its driving angle's index, its actions."""
+
+    interaction: int
+    value: float
+    angle: int
+    actions: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a search found."""
+
+    value: float
+    """The best return; −inf if no episode succeeded."""
+    angle: int
+    """Index of its driving angle among the game's; −1 if no episode succeeded."""
+    actions: tuple[int, ...]
+    """Legal actions that replay it; the start pattern's if no episode succeeded."""
+    interactions: int
+    interactions_to_best: int
+    improvements: tuple[Improvement, ...]
+    succeeded: bool
+    episodes: int
+    rejected: int
+    """Improvements refused because their dense motion collides."""
+
+
+class Searcher(Protocol):
+    """A search method."""
+
+    def search(self, problem: Problem, rng: np.random.Generator) -> None:
+        """Play until ``problem.done``; the problem keeps the best design.
+
+        All randomness comes from ``rng``, so that one seed gives one result, bit for bit.
+        """
+        ...
+
+
+@dataclass(eq=False)
+class Positions:
+    """An array of game states with the evaluator's notes on each; :meth:`Problem.grow` makes room for more."""
+
+    states: States
+    memos: Memos
+
+    def __len__(self) -> int:
+        return len(self.states)
+
+
+class Problem:
+    """A game, an objective and a budget of interactions.
+
+    Parameters
+    ----------
+    game, objective
+        Any object with ``score(sheet)`` serves as objective; see :mod:`origami_lab.objectives.base`.
+    budget
+        Interactions that may be played in all.
+    certify
+        Whether an improvement counts only if its motion is free of collisions at ten sub-steps between each pair of
+        driving angles up to its best one.
+    on_progress
+        Called a few times a second while the search runs.
+    should_stop
+        Asked as often; once it says yes the search ends with what it has.
+    """
+
+    def __init__(
+        self,
+        game: Game,
+        objective: Any,
+        budget: int,
+        *,
+        certify: bool = True,
+        on_progress: Callable[[Problem], None] | None = None,
+        should_stop: Callable[[], bool] | None = None,
+    ) -> None:
+        self.game, self.objective, self.budget, self.certify = game, objective, budget, certify
+        self.evaluator: Evaluator = bind(objective, game)
+        self.interactions = 0
+        self.episodes = 0
+        self.rejected = 0
+        self.best_value = -math.inf
+        self.improvements: list[Improvement] = []
+        self._on_progress, self._should_stop = on_progress, should_stop
+        self._stopped = False
+        self._next_check = 0
+        self._check_every = 1
+        self._last_check = time.monotonic()
+        self._legal = np.empty(game.max_legal, dtype=np.int32)
+        self._scratch = self.new_positions(1)
+
+    # --- the budget --------------------------------------------------------------------------------------------------
+
+    @property
+    def done(self) -> bool:
+        """Whether the budget is spent or the search was asked to stop."""
+        return self._stopped or self.interactions >= self.budget
+
+    @property
+    def remaining(self) -> int:
+        return self.budget - self.interactions
+
+    def _spend(self, interactions: int) -> None:
+        self.interactions += interactions
+        if self.interactions >= self._next_check:
+            self._look_up()
+
+    def _look_up(self) -> None:
+        """Report progress and ask whether to stop, about four times a second whatever the pace."""
+        now = time.monotonic()
+        pace = self._check_every / max(now - self._last_check, 1e-6)
+        self._check_every = int(min(max(pace * PROGRESS_SECONDS, 1), 2 * self._check_every + 16))
+        self._last_check = now
+        self._next_check = self.interactions + self._check_every
+        if self._on_progress is not None:
+            self._on_progress(self)
+        if self._should_stop is not None and self._should_stop():
+            self._stopped = True
+
+    # --- playing -----------------------------------------------------------------------------------------------------
+
+    def new_positions(self, count: int) -> Positions:
+        """Positions with empty boards."""
+        return Positions(self.game.new_states(count), self.evaluator.new_memos(count))
+
+    def grow(self, positions: Positions) -> None:
+        """Make room for twice as many positions, keeping those there are."""
+        count = len(positions)
+        more = self.new_positions(2 * count)
+        more.states[:count], more.memos[:count] = positions.states, positions.memos
+        positions.states, positions.memos = more.states, more.memos
+
+    def clear(self, positions: Positions, i: int) -> Actions:
+        """Empty a board; returns the legal actions."""
+        clear_state(positions.states, i)
+        self.evaluator.clear(positions.memos, i)
+        return self._legal[: legal_of(positions.states, i, self.game.rules, self._legal)]
+
+    def copy(self, positions: Positions, i: int, j: int) -> None:
+        """Make position i a copy of position j."""
+        copy_to(positions.states, i, positions.states, j)
+        positions.memos[i] = positions.memos[j]
+
+    def play(self, positions: Positions, i: int, action: int) -> Actions:
+        """Play a legal action, one interaction; returns the actions legal afterwards, none if the episode has ended.
+
+        They are valid until the next call.
+        """
+        n = step(positions.states, i, self.game.rules, action, self._legal)
+        self._spend(1)
+        return self._legal[:n]
+
+    def branch(self, positions: Positions, i: int, j: int, action: int, *, count: bool = True) -> tuple[Actions, bool]:
+        """Make position i the one that a legal action leads to from position j: copy and play in one.
+
+        Returns the actions legal there, none if the episode has ended, and whether the move is complete: only then has
+        the sheet changed. ``count=False`` comes back to a position whose interaction was counted before.
+        """
+        n, complete = branch(positions.states, i, j, self.game.rules, action, self._legal)
+        positions.memos[i] = positions.memos[j]
+        if count:
+            self._spend(1)
+        return self._legal[:n], complete
+
+    def play_uniform(self, positions: Positions, i: int, draws: Draws) -> bool:
+        """Play uniformly random actions to the end of the episode; False if the budget ended it first."""
+        states, rules = positions.states, self.game.rules
+        while True:
+            limit = min(self.remaining, draws.available)
+            played = play_uniform(states, i, rules, draws.block, draws.used, limit, self._legal)
+            draws.use(played)
+            self._spend(played)
+            if states["status"][i] != RUNNING:
+                return True
+            if self.done:
+                return False
+
+    def bound(self, positions: Positions, i: int) -> float:
+        """What no continuation can exceed; any value not above the best return if that is so."""
+        return self.evaluator.bound(positions.states, positions.memos, i, self.best_value)
+
+    def finish(self, positions: Positions, i: int, *, above: float | None = None) -> float:
+        """The return of an episode that has ended; a new best is checked, kept and reported.
+
+        Returns below ``above`` (by default the best return so far) may be given as −inf.
+        """
+        self.episodes += 1
+        game, states = self.game, positions.states
+        if game.is_penalised(states, i):
+            return game.penalty
+        limit = self.best_value if above is None else above
+        score = self.evaluator.score(states, positions.memos, i, limit)
+        if score.angle >= 0 and score.value > self.best_value:
+            self._consider(positions, i, score)
+        return score.value
+
+    def trim(self, positions: Positions, i: int) -> bool:
+        """Cut a position's reach to what a dense check of its motion certifies; whether that changed it.
+
+        Every continuation inherits the cut, so it pays where continuations keep being refused.
+        """
+        actions = self.game.finished_actions(positions.states, i)
+        reach = int(positions.states["reach"][i])
+        certified = certified_reach(self.game, actions, reach, scratch=self._scratch.states)
+        positions.states["reach"][i] = certified
+        return certified < reach
+
+    def _consider(self, positions: Positions, i: int, score: Score) -> None:
+        actions = self.game.finished_actions(positions.states, i)
+        if self.certify:
+            reach = certified_reach(self.game, actions, score.angle + 1, scratch=self._scratch.states)
+            if reach <= score.angle:
+                self.rejected += 1
+                if reach <= self.game.first_angle:
+                    return
+                # the part of the motion that is free may still be an improvement
+                trial = self._scratch
+                copy_to(trial.states, 0, positions.states, i)
+                self.evaluator.clear(trial.memos, 0)
+                trial.states["reach"][0] = reach
+                score = self.evaluator.score(trial.states, trial.memos, 0, self.best_value)
+                if score.angle < 0 or not score.value > self.best_value:
+                    return
+        self.best_value = score.value
+        self.improvements.append(Improvement(self.interactions, score.value, score.angle, actions))
+
+    # --- the result --------------------------------------------------------------------------------------------------
+
+    def outcome(self) -> Outcome:
+        """The best design so far; the start pattern if no episode succeeded."""
+        if self.improvements:
+            best = self.improvements[-1]
+            value, angle, actions, to_best = best.value, best.angle, best.actions, best.interaction
+        else:
+            start = self.game.new_states(1)
+            value, angle, actions, to_best = -math.inf, -1, (int(self.game.legal(start)[-1]),), 0
+        return Outcome(
+            value=value,
+            angle=angle,
+            actions=actions,
+            interactions=self.interactions,
+            interactions_to_best=to_best,
+            improvements=tuple(self.improvements),
+            succeeded=bool(self.improvements),
+            episodes=self.episodes,
+            rejected=self.rejected,
+        )

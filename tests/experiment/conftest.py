@@ -1,0 +1,44 @@
+"""Runs that several tests look at, and how to compose a configuration in a test."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from origami_lab.cli import main
+
+SMALL = ("target=pyramid", "search=rdm", "budget=400", "verbosity=quiet")
+"""A run of seconds: most of them importing and drawing."""
+
+
+@contextmanager
+def inside(folder: Path) -> Iterator[Path]:
+    """Work in a folder for a while."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        yield folder
+
+
+def run(folder: Path, *arguments: str) -> int:
+    """The command's exit code, run in a folder."""
+    with inside(folder):
+        return main(arguments)
+
+
+@pytest.fixture(scope="session")
+def tracked(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder in which three seeds were run by one worker, with tracking, and results in DIR/out."""
+    folder = tmp_path_factory.mktemp("tracked")
+    assert run(folder, *SMALL, "seed=0..2", "workers=1", "output=out") == 0
+    return folder
+
+
+@pytest.fixture(scope="session")
+def composed() -> Sequence[str]:
+    """Keys of the default configuration, dotted."""
+    from origami_lab.cli import _known_keys
+
+    return _known_keys()

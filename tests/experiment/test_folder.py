@@ -1,0 +1,148 @@
+"""The run folder stays whole."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from origami_lab.errors import InputError
+from origami_lab.experiment.folder import RunFolder, flatten, write_atomically, write_ply
+from origami_lab.experiment.settings import Settings
+
+NOW = datetime(2026, 1, 2, 3, 4, 5)
+
+
+@pytest.fixture
+def settings() -> Settings:
+    nothing: dict[str, Any] = {}
+    return Settings(
+        task="pyramid",
+        method="rdm",
+        game=nothing,
+        start=nothing,
+        target=None,
+        objective=nothing,
+        search=nothing,
+        tracking=nothing,
+        seeds=(0,),
+        budget=10,
+        certify=True,
+        workers=1,
+        output=None,
+        resume=False,
+        verbosity="quiet",
+        config={"budget": 10, "seed": 0, "search": {"children": 3}},
+    )
+
+
+def test_default_place_is_unique_in_the_same_second(
+    settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    paths = [RunFolder.create(settings, NOW).path for _ in range(3)]
+    assert paths[0] == Path("results/pyramid/rdm/2026-01-02_03-04-05")
+    assert len(set(paths)) == 3
+
+
+def test_a_folder_with_something_in_it_is_refused(settings: Settings, tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").write_text("precious")
+    with pytest.raises(InputError, match=r"output=.*new or empty.*resume=true"):
+        RunFolder.create(replace(settings, output=tmp_path))
+    assert [file.name for file in tmp_path.iterdir()] == ["mine.txt"]
+
+
+@pytest.mark.parametrize("place", ["/proc/nothing/here", "file/below"])
+def test_a_place_that_cannot_be_written_is_refused(settings: Settings, tmp_path: Path, place: str) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match=r"output=.*can be written"):
+        RunFolder.create(replace(settings, output=tmp_path / place))
+
+
+def test_resume_wants_the_same_settings(settings: Settings, tmp_path: Path) -> None:
+    first = replace(settings, output=tmp_path / "run")
+    folder = RunFolder.create(first)
+    folder.write_config(first.config)
+    again = replace(first, resume=True)
+    assert RunFolder.create(replace(again, config={**first.config, "seed": "0..9"})).path == folder.path
+    other = {**first.config, "search": {"children": 4}}
+    with pytest.raises(InputError, match=r"search\.children was 3, is 4"):
+        RunFolder.create(replace(again, config=other))
+    with pytest.raises(InputError, match=r"more was not set, is 1"):
+        RunFolder.create(replace(again, config={**first.config, "more": 1}))
+
+
+def test_resume_without_a_folder_names_the_last_one(
+    settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match=r"output=DIR$"):
+        RunFolder.create(replace(settings, resume=True))
+    folder = RunFolder.create(settings, NOW)
+    folder.write_config(settings.config)
+    with pytest.raises(InputError, match=rf"output={folder.path}"):
+        RunFolder.create(replace(settings, resume=True))
+
+
+def test_a_trial_appears_as_a_whole_or_not_at_all(tmp_path: Path) -> None:
+    folder = RunFolder(tmp_path)
+
+    def half_a_trial() -> None:
+        with folder.new_trial(3) as path:
+            (path / "best.fold").write_text("half")
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        half_a_trial()
+    assert list(tmp_path.iterdir()) == []
+    with folder.new_trial(3) as path:
+        (path / "result.json").write_text(json.dumps({"seed": 3, "status": "stopped"}))
+        assert not folder.trial(3).exists()
+    assert folder.rows() == {3: {"seed": 3, "status": "stopped"}}
+    folder.write_error(3, "it failed before")
+    with folder.new_trial(3) as path:
+        (path / "result.json").write_text(json.dumps({"seed": 3, "status": "ok"}))
+    assert folder.rows() == {3: {"seed": 3, "status": "ok"}}
+    assert [file.name for file in tmp_path.iterdir()] == ["seed=3"]
+
+
+def test_leftovers_of_a_killed_run_are_cleared_and_broken_results_ignored(settings: Settings, tmp_path: Path) -> None:
+    folder = RunFolder(tmp_path)
+    folder.write_config(settings.config)
+    (tmp_path / ".seed=4.123.tmp").mkdir()
+    for seed, text in ((5, "{"), (6, "[]"), (7, "{}")):
+        folder.trial(seed).mkdir()
+        (folder.trial(seed) / "result.json").write_text(text)
+    assert RunFolder.create(replace(settings, output=tmp_path, resume=True)).rows() == {}
+    assert not (tmp_path / ".seed=4.123.tmp").exists()
+
+
+def test_a_write_that_fails_keeps_the_old_file(tmp_path: Path) -> None:
+    file = tmp_path / "trials.csv"
+    write_atomically(file, "old")
+    with pytest.raises(UnicodeEncodeError):
+        write_atomically(file, "new \ud800")
+    assert file.read_text() == "old"
+    assert [each.name for each in tmp_path.iterdir()] == ["trials.csv"]
+
+
+def test_ply_is_read_by_others(tmp_path: Path) -> None:
+    box = trimesh.creation.box((1, 2, 3))
+    write_ply(tmp_path / "target.ply", box.vertices, box.faces)
+    read = trimesh.load(tmp_path / "target.ply", process=False)
+    np.testing.assert_array_equal(read.vertices, box.vertices)
+    np.testing.assert_array_equal(read.faces, box.faces)
+
+
+def test_flatten() -> None:
+    assert flatten({"a": {"b": {"c": 1}, "d": {}}, "e": [1, {"f": 2}]}) == {
+        "a.b.c": 1,
+        "a.d": {},
+        "e": [1, {"f": 2}],
+    }

@@ -1,0 +1,211 @@
+"""Whole experiments, small: what is on disk, that it does not depend on the workers, and that it survives."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+from omegaconf import OmegaConf
+
+from origami_lab.experiment.build import build_parts
+from origami_lab.experiment.settings import read_settings
+from origami_lab.reporting.tables import COLUMNS, TIMINGS, read_trials
+from tests.experiment.conftest import SMALL, inside, run
+
+pytestmark = pytest.mark.slow
+
+TRIAL_FILES = {
+    *("best.fold", "actions.json", "curve.csv", "result.json", "pattern.png", "folded.png", "motion.gif"),
+}
+OWN_OBJECTIVE = (
+    *("--config-dir", str(Path(__file__).parent / "conf")),
+    *("board=9x9", "symmetry=xy", "search=rdm", "tracking=none", "output=out"),
+)
+
+
+def untimed(file: Path) -> list[dict[str, Any]]:
+    return [{k: v for k, v in row.items() if k not in TIMINGS} for row in read_trials(file)]
+
+
+def background(folder: Path, *arguments: str) -> subprocess.Popen[str]:
+    """The command in a process group of its own, as a shell would start it."""
+    root = Path(__file__).parents[2]
+    environment = {**os.environ, "PYTHONPATH": str(root)}
+    command = [sys.executable, "-m", "origami_lab", *arguments]
+    return subprocess.Popen(
+        command, cwd=folder, env=environment, start_new_session=True, stderr=subprocess.PIPE, text=True
+    )
+
+
+def wait_for(condition: Any, process: subprocess.Popen[str], patience: float = 120.0) -> None:
+    deadline = time.monotonic() + patience
+    while not condition():
+        assert time.monotonic() < deadline, "it took too long"
+        assert process.poll() is None, process.stderr.read() if process.stderr else ""
+        time.sleep(0.02)
+
+
+def test_what_is_on_disk(tracked: Path) -> None:
+    out = tracked / "out"
+    names = {file.name for file in out.iterdir()}
+    assert names == {"config.yaml", "target.ply", "trials.csv", "summary.json", "tracking.json"} | {
+        f"seed={seed}" for seed in range(3)
+    }
+    for seed in range(3):
+        assert {file.name for file in (out / f"seed={seed}").iterdir()} == TRIAL_FILES
+    rows = read_trials(out / "trials.csv")
+    assert list(rows[0]) == list(COLUMNS)
+    assert [row["seed"] for row in rows] == [0, 1, 2]
+    for row in rows:
+        assert row["interactions"] == 400
+        assert 0 < row["interactions_to_best"] <= 400
+        assert row["status"] == "ok"
+        assert 1 <= row["reach"] <= 10
+        # a driving angle is one of ten, in degrees
+        assert row["driving_angle"] * 10 / math.degrees(3.14) == pytest.approx(
+            round(row["driving_angle"] * 10 / math.degrees(3.14))
+        )
+        # vertices − edges + panels = 1 for a disc, and every edge is a crease or on the boundary
+        assert row["creases"] < row["vertices"] + row["panels"] - 1
+
+
+def test_summary_says_what_the_table_says(tracked: Path) -> None:
+    summary = json.loads((tracked / "out/summary.json").read_text())
+    values = [row["return"] for row in read_trials(tracked / "out/trials.csv")]
+    mean = sum(values) / 3
+    std = math.sqrt(sum((value - mean) ** 2 for value in values) / 2)
+    assert summary["returns"]["return"] == {"mean": pytest.approx(mean), "std": pytest.approx(std), "n": 3}
+    assert summary["best"]["return"] == max(values)
+    assert summary["trials"] == {"ok": 3}
+    assert summary["interactions"] == 1200
+    assert "target=pyramid" in summary["command"]
+    assert "numpy" in summary["versions"]
+
+
+def test_actions_replay_to_the_return_and_the_curve_ends_there(tracked: Path) -> None:
+    from origami_lab.objectives.base import bind
+
+    parts = build_parts(read_settings(OmegaConf.create(OmegaConf.load(tracked / "out/config.yaml"))))  # type: ignore[arg-type]
+    for row in read_trials(tracked / "out/trials.csv"):
+        folder = tracked / f"out/seed={row['seed']}"
+        saved = json.loads((folder / "actions.json").read_text())
+        states = parts.game.replay(saved["actions"])
+        evaluator = bind(parts.objective, parts.game)
+        memos = evaluator.new_memos(1)
+        evaluator.clear(memos, 0)
+        score = evaluator.score(states, memos, 0)
+        assert score.value == pytest.approx(row["return"], abs=1e-12)
+        assert score.angle == saved["angle"]
+        with (folder / "curve.csv").open() as file:
+            curve = [{key: float(value) for key, value in point.items()} for point in csv.DictReader(file)]
+        assert curve[-1] == {
+            "interactions": 400,
+            "return": row["return"],
+            "driving_angle": row["driving_angle"],
+        }
+        steps = [(point["interactions"], point["return"]) for point in curve]
+        assert steps == sorted(steps)
+
+
+def test_the_same_with_two_workers(tracked: Path, tmp_path: Path) -> None:
+    assert run(tmp_path, *SMALL, "seed=0..2", "workers=2", "tracking=none", "output=out") == 0
+    assert untimed(tmp_path / "out/trials.csv") == untimed(tracked / "out/trials.csv")
+    for seed in range(3):
+        for name in ("best.fold", "curve.csv"):
+            ours, theirs = (place / f"out/seed={seed}" / name for place in (tmp_path, tracked))
+            assert ours.read_bytes() == theirs.read_bytes()
+
+
+def test_resume_runs_what_is_missing_only(tracked: Path, tmp_path: Path) -> None:
+    shutil.copytree(tracked / "out", tmp_path / "out")
+    shutil.rmtree(tmp_path / "out/seed=1")
+    before = (tmp_path / "out/seed=0/result.json").stat().st_mtime_ns
+    more = (*SMALL, "seed=0..3", "tracking=none", "output=out")
+    assert run(tmp_path, *more) == 2
+    assert run(tmp_path, *more, "budget=401", "resume=true") == 2
+    assert run(tmp_path, *more, "resume=true") == 0
+    assert (tmp_path / "out/seed=0/result.json").stat().st_mtime_ns == before
+    rows = untimed(tmp_path / "out/trials.csv")
+    assert rows[:3] == untimed(tracked / "out/trials.csv")
+    assert [row["seed"] for row in rows] == [0, 1, 2, 3]
+    assert OmegaConf.load(tmp_path / "out/config.yaml").seed == "0..3"
+
+
+def test_a_finished_configuration_runs_again(tracked: Path, tmp_path: Path) -> None:
+    assert run(tmp_path, str(tracked / "out/config.yaml"), "seed=2", "tracking=none", "output=again") == 0
+    assert untimed(tmp_path / "again/trials.csv") == untimed(tracked / "out/trials.csv")[2:]
+    assert [file.name for file in tmp_path.iterdir()] == ["again"]
+    assert run(tmp_path, str(tracked / "out/config.yaml"), "search=bfts") == 2
+
+
+def test_default_output_and_multirun(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert run(tmp_path, "-m", *SMALL, "target=cube,pyramid", "seed=1", "budget=60", "tracking=none") == 0
+    folders = [Path(line) for line in capfd.readouterr().out.splitlines()]
+    assert [folder.parent for folder in folders] == [Path("results/cube/rdm"), Path("results/pyramid/rdm")]
+    assert all((tmp_path / folder / "seed=1/best.fold").is_file() for folder in folders)
+    assert [file.name for file in tmp_path.iterdir()] == ["results"]
+
+
+def test_an_objective_of_ones_own_has_no_target_and_no_distances(tmp_path: Path) -> None:
+    assert run(tmp_path, *OWN_OBJECTIVE, "objective=height", "budget=400", "verbosity=quiet") == 0
+    (row,) = read_trials(tmp_path / "out/trials.csv")
+    assert row["return"] > 0
+    assert row["return_vertex"] is row["return_surface"] is row["return_sampled"] is None
+    assert not (tmp_path / "out/target.ply").exists()
+
+
+@pytest.mark.parametrize(
+    ("how", "status"),
+    [
+        ("raises", "failed: RuntimeError: the kettle is empty"),
+        ("'not a number'", "NaN"),
+        ("dies", "failed: the worker process died (exit code 3)"),
+    ],
+)
+def test_a_bad_objective_fails_its_trials_and_nothing_else(tmp_path: Path, how: str, status: str) -> None:
+    arguments = ("objective=broken", f"objective.how={how}", "budget=400", "seed=0..1")
+    assert run(tmp_path, *OWN_OBJECTIVE, *arguments) == 1
+    rows = read_trials(tmp_path / "out/trials.csv")
+    assert [row["seed"] for row in rows] == [0, 1]
+    assert all(status in row["status"] for row in rows)
+    assert (tmp_path / "out/seed=0.error.txt").exists() == (how != "dies")
+
+
+def test_ctrl_c_keeps_the_best_so_far(tmp_path: Path) -> None:
+    arguments = ("objective=beacon", f"objective.file={tmp_path}/on", "budget=1e9", "seed=0..2", "workers=1")
+    process = background(tmp_path, *OWN_OBJECTIVE, *arguments)
+    wait_for((tmp_path / "on").exists, process)
+    time.sleep(2.0)  # until the trial has reported
+    os.killpg(process.pid, signal.SIGINT)
+    assert process.wait(60) == 130
+    (row,) = read_trials(tmp_path / "out/trials.csv")
+    assert (row["seed"], row["status"]) == (0, "stopped")
+    assert {file.name for file in (tmp_path / "out/seed=0").iterdir()} == TRIAL_FILES
+    summary = json.loads((tmp_path / "out/summary.json").read_text())
+    assert summary["interrupted"]
+    assert summary["returns"] == {}
+    assert "Traceback" not in (process.stderr.read() if process.stderr else "")
+
+
+def test_kill_9_leaves_finished_trials_whole_and_resume_finishes(tracked: Path, tmp_path: Path) -> None:
+    arguments = (*SMALL, "seed=0..2", "workers=1", "tracking=none", "output=out")
+    process = background(tmp_path, *arguments)
+    wait_for((tmp_path / "out/seed=0").exists, process)
+    process.kill()
+    process.wait(10)
+    with inside(tmp_path / "out"):
+        for folder in Path().glob("seed=*"):
+            assert {file.name for file in folder.iterdir()} == TRIAL_FILES
+    assert run(tmp_path, *arguments, "resume=true") == 0
+    assert untimed(tmp_path / "out/trials.csv") == untimed(tracked / "out/trials.csv")
+    assert not list((tmp_path / "out").glob(".*"))

@@ -1,0 +1,89 @@
+"""The table of trials."""
+
+from __future__ import annotations
+
+import io
+import math
+from pathlib import Path
+from typing import Any
+
+from hypothesis import given
+from hypothesis import strategies as st
+from rich.console import Console
+
+from origami_lab.reporting.tables import (
+    COLUMNS,
+    INTEGERS,
+    best_row,
+    format_trials,
+    read_trials,
+    spreads,
+    summary_table,
+)
+
+finite = st.floats(allow_nan=False, allow_infinity=False)
+rows = st.lists(
+    st.fixed_dictionaries(
+        {
+            name: st.integers(0, 10**9) if name in INTEGERS else st.none() | finite
+            for name in COLUMNS
+            if name != "status"
+        }
+        | {"status": st.sampled_from(["ok", "stopped", "no design", 'failed: it said "no", twice'])}
+    ),
+    max_size=5,
+    unique_by=lambda row: row["seed"],
+)
+
+
+def row(seed: int, value: float | None, status: str = "ok") -> dict[str, Any]:
+    return {"seed": seed, "return": value, "status": status}
+
+
+def test_columns_begin_with_the_documented_ones() -> None:
+    assert ", ".join(COLUMNS).startswith(
+        "seed, return, return_vertex, return_surface, return_sampled, driving_angle, interactions, "
+        "interactions_to_best, seconds, interactions_per_second, vertices, creases, panels, reach, status"
+    )
+
+
+@given(rows)
+def test_the_file_keeps_every_bit(tmp_path_factory: Any, trials: list[dict[str, Any]]) -> None:
+    path = Path(tmp_path_factory.mktemp("table")) / "trials.csv"
+    path.write_text(format_trials(trials), encoding="utf-8")
+    assert read_trials(path) == sorted(trials, key=lambda trial: trial["seed"])
+
+
+def test_mean_and_sample_deviation_of_the_trials_that_spent_their_budget() -> None:
+    # 1, 2, 3: mean 2, sample standard deviation 1 by hand
+    found = spreads([row(0, 1.0), row(1, 2.0, "no design"), row(2, 3.0), row(3, 99.0, "stopped"), row(4, None)])
+    assert (found["return"].mean, found["return"].std, found["return"].n) == (2.0, 1.0, 3)
+    assert "return_vertex" not in found
+    assert spreads([row(0, -1.0)])["return"].std is None
+
+
+def test_best_is_the_highest_return_and_the_lowest_seed() -> None:
+    best = best_row([row(0, -2.0), row(7, -1.0), row(3, -1.0), row(4, None, "failed: x")])
+    assert best is not None
+    assert best["seed"] == 3
+    assert best_row([row(0, None)]) is None
+
+
+def test_fits_a_terminal_of_80_columns() -> None:
+    trials = [
+        {name: 1 if name in INTEGERS else -1.2345 - 0.1 * k for k, name in enumerate(COLUMNS)}
+        | {"seed": seed, "status": "failed: a long story", "interactions_to_best": 499_999}
+        for seed in range(10)
+    ]
+    out = io.StringIO()
+    Console(file=out, width=80).print(summary_table(trials, "a title"))
+    lines = out.getvalue().splitlines()
+    assert all(len(line) <= 80 for line in lines)
+    assert "…" not in out.getvalue()
+    assert sum("failed" in line for line in lines) == 10
+
+
+def test_a_number_that_is_missing_is_a_dash() -> None:
+    out = io.StringIO()
+    Console(file=out, width=80).print(summary_table([row(0, math.nan), row(1, None, "failed: x")]))
+    assert "nan" not in out.getvalue()

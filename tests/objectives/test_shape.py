@@ -1,0 +1,174 @@
+"""The shape objective against closed forms and brute force."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from origami_lab.errors import InputError
+from origami_lab.game.game import Game
+from origami_lab.game.starts import Square
+from origami_lab.geometry.groups import GROUPS
+from origami_lab.objectives.base import Score, bind, report
+from origami_lab.objectives.shape import ShapeObjective
+from origami_lab.objectives.targets import Target, bowl, cube, pyramid
+from tests.known import cube as known_cube
+from tests.known import pyramid as known_pyramid
+
+PYRAMID = -3 * math.sin(math.acos(-1 / 3) - 1.884)
+# the lid's free edge at ρ = 1.57: x = 1 + 2 cos ρ + cos 2ρ beyond the middle, z − 2 above the target
+CUBE = -math.hypot(1 + 2 * math.cos(1.57) + math.cos(2 * 1.57), 2 * math.sin(1.57) + math.sin(2 * 1.57) - 2)
+
+
+def score(objective: ShapeObjective, game: Game, states: np.ndarray) -> Score:
+    evaluator = bind(objective, game)
+    return evaluator.score(states, evaluator.new_memos(len(states)), 0)
+
+
+@pytest.mark.parametrize("distance", ["vertex", "surface"])
+def test_known_pyramid_scores_its_closed_form(distance: str) -> None:
+    game, moves = known_pyramid()
+    result = score(ShapeObjective(pyramid(), distance), game, game.replay_moves(moves))
+    assert result.angle == 5
+    assert result.value == pytest.approx(PYRAMID, abs=1e-9)
+
+
+def test_known_pyramid_is_exact_at_its_own_angle() -> None:
+    _, moves = known_pyramid()
+    # a hair below: at the angle itself the pleats are flat, γ² = 0, and feasibility a matter of rounding
+    game = Game(9, "xy", Square(1), driving_angle_fixed=math.degrees(math.acos(-1 / 3) - 1e-9))
+    for distance in ("vertex", "surface"):
+        assert score(ShapeObjective(pyramid(), distance), game, game.replay_moves(moves)).value == pytest.approx(
+            0, abs=1e-8
+        )
+
+
+def test_known_cube_scores_its_closed_form() -> None:
+    game, moves = known_cube()
+    result = score(ShapeObjective(cube()), game, game.replay_moves(moves))
+    assert result.angle == 4
+    assert result.value == pytest.approx(CUBE, abs=1e-12)
+    assert result.value == pytest.approx(-2 * math.sqrt(2) * math.cos(1.57), abs=1e-6)
+
+
+def test_sampled_is_within_its_own_noise_of_vertex() -> None:
+    game, moves = known_cube()
+    states = game.replay_moves(moves)
+    exact = score(ShapeObjective(cube()), game, states).value
+    assert -0.2 < score(ShapeObjective(cube(), "sampled"), game, states).value < exact + 0.02
+
+
+def test_all_three_distances_are_reported_for_the_design() -> None:
+    game, moves = known_pyramid()
+    states = game.replay_moves(moves)
+    figures = report(ShapeObjective(pyramid(), "sampled"), game, game.finished_actions(states), 5)
+    assert figures["return_vertex"] == pytest.approx(PYRAMID, abs=1e-9)
+    assert figures["return_surface"] == pytest.approx(PYRAMID, abs=1e-9)
+    assert set(figures) == {"return_vertex", "return_surface", "return_sampled"}
+
+
+def random_states(game: Game, seed: int, want: int) -> list[np.ndarray]:
+    rng = np.random.default_rng(seed)
+    out = []
+    while len(out) < want:
+        states = game.new_states()
+        legal = game.legal(states)
+        while len(legal) and states["n_extensions"][0] < 6:
+            legal = game.play(states, int(rng.choice(legal)))
+        if states["n_extensions"][0] > 0 and not game.is_penalised(states):
+            out.append(states)
+    return out
+
+
+def brute_force(game: Game, states: np.ndarray, target: Target, solid: bool) -> tuple[float, float]:
+    """d→ and the whole distance, the best over the angles, from dense samples of the target."""
+    cloud = target.samples(0.03)
+    sheet = game.sheet(states)
+    best_stray, best = math.inf, math.inf
+    for points in sheet.points:
+        away = cKDTree(cloud).query(points)[0]
+        if solid:  # the cube of edge 2 on z = 0
+            within = (np.abs(points[:, :2]) < 1).all(axis=1) & (points[:, 2] > 0) & (points[:, 2] < 2)
+            away[within] = 0.0
+        weights = np.array([(i, j, 40 - i - j) for i in range(41) for j in range(41 - i)]) / 40
+        folded = np.einsum("wc,tcj->twj", weights, points[sheet.triangles]).reshape(-1, 3)
+        covered = cKDTree(folded).query(cloud)[0]
+        best_stray = min(best_stray, away.max())
+        best = min(best, max(away.max(), covered.max()))
+    return best_stray, best
+
+
+@pytest.mark.parametrize("symmetry", GROUPS)
+def test_against_brute_force_for_every_symmetry(symmetry: str) -> None:
+    """The cube has every symmetry, so each group takes its own shortcut; the truth takes none."""
+    game = Game(9, symmetry, Square(1), max_crease_length=3)
+    evaluator = bind(ShapeObjective(cube()), game)
+    for states in random_states(game, 1, 4):
+        memos = evaluator.new_memos(1)
+        strays, distance = brute_force(game, states, cube(), solid=True)
+        assert evaluator.bound(states, memos, 0) == pytest.approx(-strays, abs=0.03)
+        assert evaluator.score(states, memos, 0).value == pytest.approx(-distance, abs=0.06)
+
+
+def test_an_asymmetric_target_is_measured_on_every_image() -> None:
+    """A tilted square under symmetry xyd: all eight images of a vertex stand at different distances."""
+    corners = np.array([[-1.0, -1, 0], [3, -1, 1], [3, 2, 1], [-1, 2, 0]])
+    target = Target("tilted", corners, np.array([[0, 1, 2], [0, 2, 3]]), False)
+    game = Game(9, "xyd", Square(1))
+    evaluator = bind(ShapeObjective(target), game)
+    for states in random_states(game, 2, 3):
+        strays, distance = brute_force(game, states, target, solid=False)
+        memos = evaluator.new_memos(1)
+        assert evaluator.bound(states, memos, 0) == pytest.approx(-strays, abs=0.03)
+        assert evaluator.score(states, memos, 0).value == pytest.approx(-distance, abs=0.08)
+
+
+@pytest.mark.parametrize("distance", ["vertex", "surface", "sampled"])
+def test_a_bound_is_never_below_what_a_continuation_reaches(distance: str) -> None:
+    game = Game(13, "xyd", Square("choose"), max_crease_length=2.9)
+    evaluator = bind(ShapeObjective(bowl(), distance, tolerance=0.05, samples=500), game)
+    rng = np.random.default_rng(0)
+    for _ in range(8):
+        states, memos, bounds = game.new_states(), evaluator.new_memos(1), []
+        legal = game.legal(states)
+        while len(legal):
+            legal = game.play(states, int(rng.choice(legal)))
+            bounds.append(evaluator.bound(states, memos, 0))
+        assert all(later <= earlier for earlier, later in pairwise(bounds))
+        if not game.is_penalised(states):
+            assert evaluator.score(states, memos, 0).value <= bounds[-1] + 1e-9
+
+
+def test_knowing_what_to_beat_changes_nothing_above_it() -> None:
+    game = Game(13, "xy", Square(1), max_crease_length=2.9)
+    evaluator = bind(ShapeObjective(bowl()), game)
+    for states in random_states(game, 3, 8):
+        full = evaluator.score(states, evaluator.new_memos(1), 0)
+        assert evaluator.score(states, evaluator.new_memos(1), 0, full.value - 1e-6) == full
+        assert evaluator.score(states, evaluator.new_memos(1), 0, full.value + 1e-6).value <= full.value + 1e-6
+
+
+def test_objects_with_a_score_are_objectives() -> None:
+    class Height:
+        def score(self, sheet: object) -> float:
+            return float(sheet.points[-1, :, 2].max())  # type: ignore[attr-defined]
+
+    game, moves = known_pyramid()
+    states = game.replay_moves(moves)
+    evaluator = bind(Height(), game)
+    result = evaluator.score(states, evaluator.new_memos(1), 0)
+    assert result == Score(pytest.approx(3 * math.sin(1.884)), int(states["reach"][0]) - 1)
+    assert evaluator.bound(states, evaluator.new_memos(1), 0) == math.inf
+
+
+def test_what_is_no_objective_is_refused() -> None:
+    with pytest.raises(InputError, match="score"):
+        bind(object(), Game(9, "xy", Square(1)))
+    with pytest.raises(InputError, match=r"objective\.distance"):
+        ShapeObjective(cube(), "euclid")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="target"):
+        ShapeObjective(None)  # type: ignore[arg-type]

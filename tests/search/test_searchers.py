@@ -1,0 +1,139 @@
+"""The contract that every searcher keeps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from origami_lab.errors import InputError
+from origami_lab.game.game import Game
+from origami_lab.game.starts import Square
+from origami_lab.objectives.base import bind
+from origami_lab.objectives.shape import ShapeObjective
+from origami_lab.objectives.targets import bowl, cube
+from origami_lab.search.certify import certified_reach
+from origami_lab.search.problem import Problem, Searcher
+from origami_lab.search.random import RandomSearch
+from origami_lab.search.tree import BreadthFirstSearch, DepthFirstSearch
+
+SEARCHERS: dict[str, Callable[[], Searcher]] = {
+    "rdm": RandomSearch,
+    "dfts": lambda: DepthFirstSearch(restarts=4),
+    "bfts": lambda: BreadthFirstSearch(restarts=4),
+}
+
+
+@pytest.fixture(params=SEARCHERS)
+def searcher(request: pytest.FixtureRequest) -> Searcher:
+    return SEARCHERS[request.param]()
+
+
+def cube_problem(budget: int, **options: object) -> Problem:
+    return Problem(Game(9, "xy", Square(1), max_crease_length=2), ShapeObjective(cube()), budget, **options)
+
+
+def test_same_seed_same_bits(searcher: Searcher) -> None:
+    outcomes = []
+    for _ in range(2):
+        problem = cube_problem(3000)
+        searcher.search(problem, np.random.default_rng(5))
+        outcomes.append(problem.outcome())
+    assert outcomes[0] == outcomes[1]
+    other = cube_problem(3000)
+    searcher.search(other, np.random.default_rng(6))
+    assert other.outcome() != outcomes[0]
+
+
+@pytest.mark.parametrize("budget", [1, 7, 1001])
+def test_the_budget_is_spent_exactly(searcher: Searcher, budget: int) -> None:
+    problem = cube_problem(budget)
+    searcher.search(problem, np.random.default_rng(0))
+    assert problem.outcome().interactions == budget
+
+
+def test_an_exhausted_tree_starts_anew(searcher: Searcher) -> None:
+    """On 5×5 with a unit square and crease length 1 there is hardly anything to search."""
+    problem = Problem(Game(5, "xyd", Square(1), max_crease_length=1), ShapeObjective(cube()), 2000)
+    searcher.search(problem, np.random.default_rng(0))
+    assert problem.interactions == 2000
+
+
+def test_the_best_replays_to_its_return(searcher: Searcher) -> None:
+    problem = cube_problem(4000)
+    searcher.search(problem, np.random.default_rng(1))
+    outcome = problem.outcome()
+    assert outcome.succeeded
+    states = problem.game.replay(outcome.actions)  # raises on an illegal action
+    evaluator = bind(problem.objective, problem.game)
+    reach = certified_reach(problem.game, outcome.actions, int(states["reach"][0]))
+    states["reach"] = reach
+    score = evaluator.score(states, evaluator.new_memos(1), 0)
+    assert (score.value, score.angle) == (outcome.value, outcome.angle)
+
+
+def test_improvements_are_reported_as_they_come(searcher: Searcher) -> None:
+    problem = cube_problem(4000)
+    searcher.search(problem, np.random.default_rng(2))
+    outcome = problem.outcome()
+    values = [improvement.value for improvement in outcome.improvements]
+    times = [improvement.interaction for improvement in outcome.improvements]
+    assert values == sorted(set(values))
+    assert times == sorted(times)
+    assert (values[-1], times[-1]) == (outcome.value, outcome.interactions_to_best)
+
+
+def test_stops_when_asked_with_the_best_so_far(searcher: Searcher) -> None:
+    looks = []
+
+    def stop() -> bool:
+        looks.append(1)
+        return len(looks) > 3
+
+    problem = cube_problem(10_000_000, should_stop=stop)
+    searcher.search(problem, np.random.default_rng(0))
+    assert 0 < problem.interactions < 10_000_000
+    problem.outcome()
+
+
+def test_watching_changes_nothing(searcher: Searcher) -> None:
+    seen: list[int] = []
+    outcomes = []
+    for watch in (None, lambda problem: seen.append(problem.interactions)):
+        problem = cube_problem(3000, on_progress=watch)
+        searcher.search(problem, np.random.default_rng(3))
+        outcomes.append(problem.outcome())
+    assert outcomes[0] == outcomes[1]
+    assert seen
+
+
+def test_a_run_without_success_returns_the_start_pattern(searcher: Searcher) -> None:
+    class Never:
+        def score(self, sheet: object) -> float:
+            return -math.inf
+
+    problem = Problem(Game(9, "xy", Square(1)), Never(), 300)
+    searcher.search(problem, np.random.default_rng(0))
+    outcome = problem.outcome()
+    assert not outcome.succeeded
+    assert outcome.angle == -1
+    design = problem.game.design(outcome.actions)
+    assert len(design.panels) == 1
+
+
+def test_incumbents_are_free_of_collisions_between_the_angles(searcher: Searcher) -> None:
+    """By the dense check, replayed from the actions alone."""
+    game = Game(13, "xyd", Square("choose"), max_crease_length=2.9)
+    problem = Problem(game, ShapeObjective(bowl()), 6000)
+    searcher.search(problem, np.random.default_rng(0))
+    for improvement in problem.improvements:
+        assert certified_reach(game, improvement.actions, improvement.angle + 1, sub_steps=10) == improvement.angle + 1
+
+
+def test_bad_numbers_are_refused() -> None:
+    with pytest.raises(InputError, match=r"search\.children"):
+        BreadthFirstSearch(children=0)
+    with pytest.raises(InputError, match=r"search\.restarts"):
+        DepthFirstSearch(restarts=0)

@@ -1,0 +1,161 @@
+"""The configuration tree: every option composes and becomes objects; rows of settings and who wins."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hydra import compose, initialize_config_dir
+from hydra.core.hydra_config import HydraConfig
+from omegaconf import DictConfig
+
+from origami_lab.errors import InputError
+from origami_lab.experiment.build import build_parts
+from origami_lab.experiment.configuration import CONFIG_NAME, config_dir
+from origami_lab.experiment.folder import flatten
+from origami_lab.experiment.multirun import without_hydra
+from origami_lab.experiment.settings import Settings, read_settings
+
+GROUPS = ("target", "objective", "board", "symmetry", "start", "search", "tracking", "experiment")
+OPTIONS = [(group, file.stem) for group in GROUPS for file in sorted((Path(config_dir()) / group).glob("*.yaml"))]
+TETRAHEDRON = """\
+v 0 0 0
+v 2 0 0
+v 0 2 0
+v 0 0 2
+f 1 3 2
+f 1 2 4
+f 2 3 4
+f 1 4 3
+"""
+
+
+def composed(*overrides: str) -> DictConfig:
+    with initialize_config_dir(str(config_dir()), version_base="1.3"):
+        config = compose(CONFIG_NAME, list(overrides), return_hydra_config=True)
+    HydraConfig.instance().set_config(config)
+    return without_hydra(config)
+
+
+def settings(*overrides: str) -> Settings:
+    return read_settings(composed(*overrides))
+
+
+@pytest.fixture
+def mesh(tmp_path: Path) -> Path:
+    file = tmp_path / "part.obj"
+    file.write_text(TETRAHEDRON)
+    return file
+
+
+@pytest.mark.parametrize(("group", "option"), OPTIONS, ids=[f"{group}={option}" for group, option in OPTIONS])
+def test_every_option_becomes_objects(group: str, option: str, mesh: Path) -> None:
+    overrides = [f"{group}={option}"]
+    if group != "target":
+        overrides.append("target=cube")
+    if option == "mesh":
+        overrides.append(f"target.path={mesh}")
+    if option == "crease":
+        overrides.append("symmetry=y")
+    if (group, option) == ("target", "none"):  # the only objective there is needs one
+        with pytest.raises(InputError, match="target=none"):
+            settings(*overrides)
+        return
+    parts = build_parts(settings(*overrides))
+    assert parts.target is not None
+    assert callable(parts.searcher.search)
+
+
+# the settings table of the design (paper, table of settings), as far as its targets are there
+ROWS: dict[str, tuple[int, str, Any, str, float | None, bool]] = {
+    "pyramid": (9, "Square", 1, "xy", None, True),
+    "cube": (9, "Square", 1, "xy", 2.0, True),
+    "bowl": (25, "Square", "choose", "xyd", 2.9, True),
+    "mesh": (25, "Square", "choose", "none", 2.9, True),
+}
+
+
+@pytest.mark.parametrize("target", ROWS)
+def test_a_target_brings_its_row(target: str, mesh: Path) -> None:
+    extra = [f"target.path={mesh}"] if target == "mesh" else []
+    board, kind, size, symmetry, length, sources = ROWS[target]
+    found = settings(f"target={target}", *extra)
+    assert found.game["board_size"] == board
+    assert found.start["_target_"].endswith(f".{kind}")
+    assert found.start["size"] == size
+    assert found.game["symmetry"] == symmetry
+    assert found.game["max_crease_length"] == length
+    assert found.game["source_action"] is sources
+    assert (found.task, found.method, found.budget) == (target, "bfts", 500_000)
+
+
+@pytest.mark.parametrize(
+    ("override", "key", "value"),
+    [
+        ("board.size=11", "board_size", 11),
+        ("board=13x13", "board_size", 13),
+        ("symmetry=y", "symmetry", "y"),
+        ("max_crease_length=null", "max_crease_length", None),
+        ("max_crease_length=3", "max_crease_length", 3.0),
+        ("source_action=false", "source_action", False),
+        ("driving_angle.max=90", "driving_angle_max", 90.0),
+        ("driving_angle.count=5", "driving_angle_count", 5),
+        ("driving_angle.fixed=45.5", "driving_angle_fixed", 45.5),
+        ("stuck=penalise", "stuck", "penalise"),
+        ("capacity=100", "capacity", 100),
+    ],
+)
+@pytest.mark.parametrize("order", [1, -1])
+def test_the_command_line_wins_over_the_row(override: str, key: str, value: object, order: int) -> None:
+    found = settings(*["target=bowl", override][::order])
+    assert found.game[key] == value
+
+
+def test_a_start_of_another_kind_takes_the_rows_cell_away() -> None:
+    found = settings("target=cube", "start=crease", "symmetry=none")
+    assert dict(found.start) == {"_target_": "origami_lab.game.starts.Crease", "position": "choose"}
+    assert settings("target=cube", "start=square").start["size"] == "choose"
+    assert settings("target=bowl", "start.size=2").start["size"] == 2
+
+
+def test_an_experiment_overlay_sets_anything_and_the_command_line_still_wins(tmp_path: Path) -> None:
+    (tmp_path / "experiment").mkdir()
+    (tmp_path / "experiment/night.yaml").write_text(
+        "# @package _global_\n"
+        "defaults:\n  - override /target: bowl\n  - override /search: rdm\n  - override /symmetry: xy\n"
+        "budget: 7\nmax_crease_length: 4\n"
+    )
+    searchpath = f"hydra.searchpath=[file://{tmp_path}]"
+    found = settings(searchpath, "experiment=night")
+    assert (found.task, found.method, found.budget) == ("bowl", "rdm", 7)
+    assert (found.game["symmetry"], found.game["max_crease_length"]) == ("xy", 4.0)
+    found = settings(searchpath, "experiment=night", "target=cube", "symmetry=none", "budget=8")
+    assert (found.task, found.game["symmetry"], found.budget) == ("cube", "none", 8)
+
+
+def test_distance_reaches_the_objective_and_the_target_is_built_once() -> None:
+    parts = build_parts(settings("target=cube", "objective.distance=surface"))
+    assert parts.objective.distance == "surface"
+    assert parts.objective.target is parts.target
+
+
+def test_search_numbers_reach_the_searcher() -> None:
+    found = settings("target=cube", "search=dfts", "search.children=4", "search.restarts=7")
+    searcher: Any = build_parts(found).searcher
+    assert (searcher.children, searcher.restarts) == (4, 7)
+
+
+def test_no_file_has_a_key_that_yaml_1_1_reads_as_a_truth() -> None:
+    for file in config_dir().rglob("*.yaml"):
+        assert not re.search(r"^\s*(y|n|yes|no|on|off):", file.read_text(), re.MULTILINE | re.IGNORECASE), file
+
+
+def test_help_explains_every_key() -> None:
+    text = (config_dir() / "hydra/help/origami_lab.yaml").read_text()
+    for key in flatten(settings("target=bowl").config):
+        general = key in text or f"{key.split('.')[0]}.*" in text
+        assert general or "_target_" in key or key == "tracking.kind" or key == "symmetry.name", key
+    for group in GROUPS:
+        assert group in text or "APP_CONFIG_GROUPS" in text
