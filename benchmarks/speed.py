@@ -1,0 +1,300 @@
+"""How fast is it? ``python -m benchmarks.speed [--seconds 3] [--out benchmarks/speed.md]``
+
+All figures of a run are taken in that run, on one core, and stand beside a fixed calibration kernel, because machines
+are noisy: compare ratios, not seconds. Shares are found by leaving work out: the same recorded episodes are replayed
+without masks, then without collisions.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import numpy as np
+
+from origami_lab.game.folded import FoldedSheet
+from origami_lab.game.game import Game
+from origami_lab.game.play import (
+    clear_state,
+    copy_to,
+    legal_of,
+    play_action,
+    play_uniform,
+    replay_unchecked,
+    settle,
+    step,
+)
+from origami_lab.game.starts import Square
+from origami_lab.game.state import RUNNING, SELECTION, TERMINATED, THIRD, States, clear
+from origami_lab.jit import kernel
+from origami_lab.objectives.shape import ShapeObjective
+from origami_lab.objectives.targets import bowl
+from origami_lab.search.problem import Problem, Searcher
+from origami_lab.search.random import RandomSearch
+from origami_lab.search.tree import BreadthFirstSearch, DepthFirstSearch
+
+
+@kernel
+def calibration(n: int) -> float:
+    """A fixed piece of floating-point and memory work."""
+    table = np.empty(4096)
+    total = 0.0
+    for i in range(n):
+        x = 0.5 + (i % 977) * 1e-3
+        table[i & 4095] = np.sqrt(x) + x * x
+        total += table[(i * 31) & 4095]
+    return total
+
+
+@kernel
+def masks_only(states: States, rules: States, actions: np.ndarray, legal: np.ndarray) -> int:
+    """Replay with the legal actions of every state on the way."""
+    from_ = 0
+    s, r = states[0], rules[0]
+    clear(s)
+    for action in actions:
+        from_ += settle(s, r, legal)
+        play_action(s, r, action)
+    return from_
+
+
+def best_of(function: Callable[[], object], repeats: int = 3) -> float:
+    """Seconds of the fastest of a few calls."""
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        function()
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+def bowl_game(size: int = 25) -> Game:
+    return Game(size, "xyd", Square("choose"), max_crease_length=2.9)
+
+
+def record(game: Game, interactions: int) -> tuple[list[np.ndarray], int]:
+    """Random episodes as action logs, and how many extensions they complete."""
+    rng, states = np.random.default_rng(0), game.new_states()
+    legal = np.empty(game.max_legal, dtype=np.int32)
+    logs, extensions, played = [], 0, 0
+    while played < interactions:
+        replay_unchecked(states, 0, game.rules, np.empty(0, dtype=np.int32))
+        n = play_uniform(states, 0, game.rules, rng.random(4096), 0, 4096, legal)
+        logs.append(states["actions"][0][:n].copy())
+        extensions += int(states["n_extensions"][0])
+        played += n
+    return logs, extensions
+
+
+def shares(interactions: int) -> list[str]:
+    """Where the time of random play on the bowl goes."""
+    game = bowl_game()
+    free = game.rules.copy()
+    free["collisions"] = 0
+    logs, extensions = record(game, interactions)
+    played = sum(len(log) for log in logs)
+    states, legal = game.new_states(), np.empty(game.max_legal, dtype=np.int32)
+    problem = Problem(game, ShapeObjective(bowl()), played)
+    evaluator, memos = problem.evaluator, problem.evaluator.new_memos(1)
+
+    def replay(rules: States) -> None:
+        for log in logs:
+            replay_unchecked(states, 0, rules, log)
+
+    def with_masks() -> None:
+        for log in logs:
+            masks_only(states, game.rules, log, legal)
+
+    def with_objective() -> None:
+        for log in logs:
+            replay_unchecked(states, 0, game.rules, log)
+            if not game.is_penalised(states):
+                evaluator.clear(memos, 0)
+                evaluator.score(states, memos, 0)
+
+    for warm in (lambda: replay(free), with_masks, with_objective):
+        warm()
+    bare, full = best_of(lambda: replay(free)), best_of(lambda: replay(game.rules))
+    masks, objective = best_of(with_masks), best_of(with_objective)
+    parts = {
+        "masks": masks - full,
+        "kinematics and bookkeeping": bare,
+        "collisions": full - bare,
+        "objective, every episode scored in full": objective - full,
+    }
+    total = sum(parts.values())
+    lines = [
+        f"Random play on the bowl: {played:,} interactions, {extensions:,} extensions completed, {len(logs):,} games.",
+        "",
+        "| phase | µs per interaction | µs per completed extension | share |",
+        "|---|---:|---:|---:|",
+    ]
+    for name, seconds in parts.items():
+        lines.append(
+            f"| {name} | {seconds / played * 1e6:.2f} | {seconds / extensions * 1e6:.2f} | {seconds / total:.0%} |"
+        )
+    lines.append(f"| all | {total / played * 1e6:.2f} | {total / extensions * 1e6:.2f} | 100% |")
+    return lines
+
+
+def rates(seconds: float, calibrated: float) -> list[str]:
+    """Interactions per second of each searcher on the bowl."""
+    searchers: dict[str, Searcher] = {
+        "rdm": RandomSearch(),
+        "dfts": DepthFirstSearch(),
+        "bfts": BreadthFirstSearch(),
+        "bfts, 10 restarts": BreadthFirstSearch(restarts=10),
+    }
+    lines = [
+        "| searcher | interactions per second | of rdm | per unit of calibration | best return | its vertices |",
+        "|---|---:|---:|---:|---:|---:|",
+    ]
+    rdm = 0.0
+    for name, searcher in searchers.items():
+        budget = 20_000
+        searcher.search(Problem(bowl_game(), ShapeObjective(bowl()), 2000), np.random.default_rng(0))
+        while True:
+            problem = Problem(bowl_game(), ShapeObjective(bowl()), budget)
+            start = time.perf_counter()
+            searcher.search(problem, np.random.default_rng(0))
+            taken = time.perf_counter() - start
+            if taken > seconds:
+                break
+            budget = int(budget * max(2.0, 1.2 * seconds / taken))
+        rate = budget / taken
+        rdm = rdm or rate
+        outcome = problem.outcome()
+        size = len(problem.game.design(outcome.actions).vertices)
+        lines.append(
+            f"| {name} | {rate:,.0f} | {rate / rdm:.2f} | {rate * calibrated:,.0f} | {outcome.value:.3f} | {size} |"
+        )
+    return lines
+
+
+def growth(interactions: int) -> list[str]:
+    """Cost of random play against board size, and of one extension against the size of the pattern."""
+    lines = ["| board | interactions per second (random play) |", "|---:|---:|"]
+    for size in (9, 13, 25, 37, 49):
+        game = bowl_game(size)
+        logs, _ = record(game, 2000)
+        start = time.perf_counter()
+        logs, _ = record(game, interactions)
+        lines.append(f"| {size} | {sum(map(len, logs)) / (time.perf_counter() - start):,.0f} |")
+    lines += [
+        "",
+        "| representatives | images | one extension, µs | legal actions, µs | copy, µs |",
+        "|---:|---:|---:|---:|---:|",
+    ]
+    game, rng = bowl_game(49), np.random.default_rng(0)
+    gentle = game.rules.copy()
+    gentle["angles"][0] = game.angles / 20  # small angles, so that all ten stay reachable however large the pattern
+    states, legal = game.new_states(3), np.empty(game.max_legal, dtype=np.int32)
+
+    def repeated(function: Callable[[], object], count: int) -> float:
+        return best_of(lambda: [function() for _ in range(count)]) / count * 1e6
+
+    for wanted in (8, 16, 32, 64, 128):
+        grow(game, gentle, states, rng, wanted)
+        log = states["actions"][0][: int(states["n_actions"][0])].copy()
+        before = log[: len(log) - 4]
+        whole = repeated(partial(replay_unchecked, states, 2, gentle, log), 20)
+        less = repeated(partial(replay_unchecked, states, 2, gentle, before), 20)
+        masking = repeated(partial(legal_of, states, 0, gentle, legal), 300)
+        copying = repeated(partial(copy_to, states, 1, states, 0), 300)
+        n, images = int(states["n_vertices"][0]), len(FoldedSheet(states, 0, gentle).flat)
+        lines.append(f"| {n} | {images} | {whole - less:.1f} | {masking:.1f} | {copying:.1f} |")
+    return lines
+
+
+def grow(game: Game, rules: States, states: States, rng: np.random.Generator, vertices: int) -> None:
+    """Random extensions, taking back those that fail, until the sheet has that many representatives."""
+    legal = np.empty(game.max_legal, dtype=np.int32)
+    while True:
+        clear_state(states, 0)
+        n = legal_of(states, 0, rules, legal)
+        step(states, 0, rules, int(legal[rng.integers(n)]), legal)
+        copy_to(states, 1, states, 0)
+        for _ in range(20_000):
+            n = legal_of(states, 0, rules, legal)
+            choices = legal[:n][legal[:n] < 3 * game.points]
+            if len(choices):
+                action = int(rng.choice(choices))
+                four = states["phase"][0] == THIRD and int(states["unfinished"][0]) == 3
+                step(states, 0, rules, action, legal)
+            if not len(choices) or states["status"][0] not in (RUNNING, TERMINATED) or states["reach"][0] < 10:
+                copy_to(states, 0, states, 1)
+            elif states["phase"][0] == SELECTION:
+                copy_to(states, 1, states, 0)
+                if four and states["n_vertices"][0] >= vertices:
+                    return
+
+
+def start_up() -> list[str]:
+    """Seconds from the command to the end of a run of ten interactions, with a warm and a cold kernel cache."""
+    settings = "target=bowl search=rdm budget=10 seed=0 workers=1 tracking=none"
+    command = [sys.executable, "-m", "origami_lab", *settings.split()]
+    lines = ["| start | seconds, whole command with pictures |", "|---|---:|"]
+    for name in ("cold", "warm", "warm again"):
+        with tempfile.TemporaryDirectory() as folder:
+            env = dict(os.environ)
+            cache = Path(tempfile.gettempdir()) / "origami-lab-benchmark-cache"
+            env["NUMBA_CACHE_DIR"] = str(cache)
+            if name == "cold":
+                subprocess.run(["rm", "-rf", str(cache)], check=True)
+            start = time.perf_counter()
+            subprocess.run(command, cwd=folder, env=env, check=True, capture_output=True)
+            lines.append(f"| {name} | {time.perf_counter() - start:.1f} |")
+    return lines
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seconds", type=float, default=3.0, help="per searcher")
+    parser.add_argument("--out", type=Path, help="write the report there, too")
+    options = parser.parse_args()
+    calibration(1000)
+    calibrated = best_of(lambda: calibration(20_000_000), 5)
+    lines = [
+        "# Speed",
+        "",
+        f"Python {platform.python_version()}, NumPy {np.__version__}, {os.cpu_count()} cores, one used; "
+        f"load average before: {os.getloadavg()[0]:.2f}. Calibration kernel: {calibrated:.3f} s.",
+        "",
+        "## Searchers on the bowl (25×25, xyd, crease length 2.9, source action, dense certificates)",
+        "",
+        *rates(options.seconds, calibrated),
+        "",
+        "## Where the time goes",
+        "",
+        *shares(100_000),
+        "",
+        "## Growth",
+        "",
+        *growth(20_000),
+        "",
+        "## Start-up",
+        "",
+        *start_up(),
+        "",
+        f"Peak memory of this process: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB.",
+        "",
+    ]
+    text = "\n".join(lines)
+    print(text)
+    if options.out:
+        options.out.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
