@@ -25,7 +25,8 @@ from tests.experiment.conftest import SMALL, inside, run
 pytestmark = pytest.mark.slow
 
 TRIAL_FILES = {
-    *("best.fold", "actions.json", "curve.csv", "result.json", "pattern.png", "folded.png", "motion.gif"),
+    *("best.fold", "motion.fold", "actions.json", "curve.csv", "result.json"),
+    *("pattern.png", "folded.png", "motion.gif"),
 }
 OWN_OBJECTIVE = (
     *("--config-dir", str(Path(__file__).parent / "conf")),

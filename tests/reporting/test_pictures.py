@@ -134,7 +134,7 @@ def test_motion(tmp_path: Path) -> None:
             gif.seek(index)
             frames.append(np.asarray(gif.convert("RGB"), dtype=np.int64))
             durations.append(gif.info["duration"])
-    assert durations == [700, 120, 120, 120, 120, 120, 1600, *[120] * 5]
+    assert durations == [700, 60, 60, 60, 60, 60, 1600, *[60] * 5]
     assert {frame.shape for frame in frames} == {(*frames[0].shape[:2], 3)}
     assert frames[0].shape[1] == SIZE
     for index in range(1, 6):
