@@ -14,6 +14,9 @@ from origami_lab.game.pattern import CreasePattern
 
 Segment = tuple[int, int]
 
+NEARLY_FOLDED_FLAT = np.pi - 1e-5
+"""Fold angles beyond this, in radians, take their sign from the angle before."""
+
 
 def split_edges(flat: NDArray[np.int64], triangles: NDArray[np.int64]) -> list[list[Segment]]:
     """Directed boundary segments of each triangle, split where a vertex lies inside a side.
@@ -119,6 +122,10 @@ def finished_design(
             axis /= np.linalg.norm(axis, axis=1, keepdims=True)
             sine = np.einsum("kj,kj->k", np.cross(right, left), axis)
             angles[:, e] = np.arctan2(sine, np.einsum("kj,kj->k", right, left))
+            for k in range(1, reach):
+                # a crease does not pass π: there rounding would choose between mountain and valley
+                if abs(angles[k, e]) > NEARLY_FOLDED_FLAT:
+                    angles[k, e] = np.copysign(angles[k, e], angles[k - 1, e])
     return CreasePattern(
         vertices=flat.astype(np.float64),
         modes=sheet.modes,

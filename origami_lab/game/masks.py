@@ -100,8 +100,10 @@ def gather_edges(s: Record, r: Record, v: int, edges: Edges) -> int:
     low_x, high_x, low_y, high_y = x - limit, x + limit, y - limit, y + limit
     for code in (s.prev[v], s.next[v]):
         cx, cy = code_x(s, r, code), code_y(s, r, code)
-        low_x, high_x = min(low_x, float(cx)), max(high_x, float(cx))
-        low_y, high_y = min(low_y, float(cy)), max(high_y, float(cy))
+        # over a seam the image's child comes into play, too
+        margin = limit if is_own_image(s, r, v, code) else 0.0
+        low_x, high_x = min(low_x, cx - margin), max(high_x, cx + margin)
+        low_y, high_y = min(low_y, cy - margin), max(high_y, cy + margin)
     n = 0
     w = s.head
     wx, wy = s.xy[w, 0], s.xy[w, 1]

@@ -100,7 +100,9 @@ class ShapeEvaluator:
         self._objective, self._rules = objective, game.rules
         self._target = objective.target.bvh
         self._solid = objective.target.closed
-        self._symmetric = all(objective.target.is_symmetric(m) for m in game.symmetry.matrices)
+        group = game.symmetry
+        # the mirrors that bound the playable area generate the group
+        self._symmetric = all(objective.target.is_symmetric(m) for m in group.matrices[group.mirrors])
         self._dtype = memo_dtype(len(game.angles))
         self._first = game.first_angle
         self._cover = objective.cover if not self._symmetric else _playable_part(objective.cover, game)

@@ -6,15 +6,13 @@ import math
 from fractions import Fraction
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from origami_lab.geometry.planar import cross, in_sector, segments_touch, triangle_contains, turn
 from tests.oracles import angle_between
 from tests.sheet_checks import segments_meet
 
-settings.register_profile("kernels", deadline=None)
-settings.load_profile("kernels")
 coordinate = st.integers(-4, 4)
 point = st.tuples(coordinate, coordinate)
 direction = point.filter(lambda d: d != (0, 0))

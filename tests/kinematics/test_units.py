@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -21,8 +21,6 @@ from tests.oracles import spherical_angle, spherical_triangle_exists
 from tests.sheet_checks import rotation_x, rotation_z
 
 Vector = tuple[float, float, float]
-settings.register_profile("kernels", deadline=None)
-settings.load_profile("kernels")
 FLAT = np.array([[1.0, 0.0, 0.0, 0.0, 1.0, 0.0]])
 
 
