@@ -198,7 +198,8 @@ class _Runs:
             database = Path(uri.removeprefix("sqlite:///"))
             location = (database.absolute().parent / "mlartifacts" / name).as_uri()
         try:
-            return str(self.client.create_experiment(name, artifact_location=location))
+            tags = {"mlflow.experimentKind": "custom_model_development"}  # the dashboard opens on the runs
+            return str(self.client.create_experiment(name, artifact_location=location, tags=tags))
         except Exception:  # another run made it in the meantime
             found = self.client.get_experiment_by_name(name)
             if found is None:

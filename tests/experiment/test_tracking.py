@@ -53,6 +53,19 @@ def test_one_parent_and_a_child_for_each_seed_with_its_curve(tracked: Path) -> N
         assert artifacts >= {"pattern.png", "folded.png", "motion.gif", "best.fold", "best.fold.json", "curve.csv"}
 
 
+def test_ten_seeds_are_one_experiment(tmp_path: Path) -> None:
+    assert run(tmp_path, "target=pyramid", "search=bfts", "budget=2000", "seed=0..9", "output=out") == 0
+    client, runs = open_client(f"sqlite:///{tmp_path}/results/mlflow.db"), runs_of(tmp_path)
+    (parent,) = parents(runs)
+    children = [run for run in runs if run.data.tags.get("mlflow.parentRunId") == parent.info.run_id]
+    assert len(runs) == 11
+    assert {child.data.params["seed"] for child in children} == {str(seed) for seed in range(10)}
+    for child in children:
+        values = [point.value for point in client.get_metric_history(child.info.run_id, "best_return")]
+        assert values
+        assert values == sorted(values)
+
+
 def test_the_parent_shows_the_summary(tracked: Path) -> None:
     client = open_client(f"sqlite:///{tracked}/results/mlflow.db")
     (parent,) = parents(runs_of(tracked))
