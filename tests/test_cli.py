@@ -49,7 +49,7 @@ REFUSED: list[tuple[list[str], str, str]] = [
     ([BOWL, "source_action=perhaps"], "source_action=perhaps:", "true or false"),
     ([BOWL, "resume=true"], "resume=true:", "output=DIR"),
     ([BOWL, "task=a/b"], "task=a/b:", "word"),
-    (["target=mesh"], "target.path=???:", "must be given"),
+    (["target=mesh"], "target.path=(nothing):", "must be given"),
     ([BOWL, "target=["], "target=[:", "cannot be read"),
     (["+target=bowl"], "target=twice:", "once"),
     ([BOWL, "start=crease"], "symmetry=xyd:", "none or y"),

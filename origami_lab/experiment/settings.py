@@ -95,7 +95,7 @@ def read_settings(config: DictConfig) -> Settings:
         )
     output = values.get("output")
     return Settings(
-        task=read.name("task"),
+        task=_task(read.name("task"), target),
         method=read.name("method"),
         game=game,
         start=start,
@@ -114,12 +114,21 @@ def read_settings(config: DictConfig) -> Settings:
     )
 
 
+def _task(name: str, target: Any) -> str:
+    """Meshes are told apart by the names of their files."""
+    path = target.get("path") if isinstance(target, dict) else None
+    stem = Path(str(path)).stem if path else ""
+    return stem if name == "mesh" and re.fullmatch(r"[\w.-]+", stem) else name
+
+
 def _plain(config: DictConfig) -> dict[str, Any]:
     """Resolve every interpolation; what cannot be resolved is the user's error."""
     try:
         container = OmegaConf.to_container(config, resolve=True, throw_on_missing=True)
     except MissingMandatoryValue as error:
-        raise InputError(error.full_key or "configuration", "???", "must be given, it has no default") from error
+        key = str(error.full_key or "configuration")
+        hint = "must be given: target.path=part.stl" if key.endswith("target.path") else "must be given, has no default"
+        raise InputError(key, "(nothing)", hint) from error
     except OmegaConfBaseException as error:
         message = str(error).splitlines()[0]
         raise InputError(error.full_key or "configuration", "?", f"cannot be resolved: {message}") from error

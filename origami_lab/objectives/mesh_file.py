@@ -101,7 +101,7 @@ def load_mesh(
 
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     size = float((high - low).max())
-    limit = 100.0 * (board_size - 1)
+    limit = 2.0 * (board_size - 1)  # no sheet on the board covers more
     if not 0.1 <= size <= limit:
         raise InputError(
             "target.scale",

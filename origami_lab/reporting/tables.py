@@ -132,10 +132,11 @@ def summary_table(rows: Sequence[Row], title: str | None = None) -> Table:
     from rich import box
     from rich.table import Table
 
-    # the search's own distance is the return: said once
-    returns = ["return"] + [
-        name for name in RETURNS[1:] if any(_differs(row.get(name), row.get("return")) for row in rows)
-    ]
+    rows = [row if row["status"] != NO_DESIGN else {**row, **dict.fromkeys(RETURNS)} for row in rows]
+    measured = [name for name in RETURNS[1:] if any(row.get(name) is not None for row in rows)]
+    # the distance that the search used is the return: said once
+    same = [name for name in measured if not any(_differs(row.get(name), row.get("return")) for row in rows)]
+    returns = ["return", *(name for name in measured if name not in same[:1])]
     several = len(rows) > 1
     table = Table(
         title=title,
