@@ -22,7 +22,6 @@ from origami_lab.game.state import (
     DEFAULT_VERTICES,
     NOT_FOLDABLE,
     PLACEMENT,
-    RUNNING,
     SELECTION,
     STUCK,
     States,
@@ -327,9 +326,6 @@ class Game:
     ) -> CreasePattern:
         log = tuple(int(a) for a in actions)
         return finished_design(sheet, points, angles, best, log, MappingProxyType(dict(metadata or {})))
-
-    def is_running(self, states: States, i: int = 0) -> bool:
-        return int(states["status"][i]) == RUNNING
 
     def _point(self, point: tuple[int, int]) -> int:
         x, y = point

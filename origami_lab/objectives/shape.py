@@ -107,10 +107,6 @@ class ShapeEvaluator:
         self._first = game.first_angle
         self._cover = objective.cover if not self._symmetric else _playable_part(objective.cover, game)
         self._hint = np.zeros(1, dtype=np.int64)
-        if objective.distance == "sampled":
-            # as in the paper, the search strays from the samples, not from the surface
-            self._target, self._symmetric = _point_tree(objective.random_samples), False
-        self._surface = objective.target.bvh
 
     def new_memos(self, count: int) -> Memos:
         return np.zeros(count, dtype=self._dtype)
@@ -119,14 +115,13 @@ class ShapeEvaluator:
         memos[i] = np.zeros((), dtype=self._dtype)
 
     def bound(self, states: States, memos: Memos, i: int, above: float = -math.inf) -> float:
-        """−min over the angles of d→: vertices never move once placed."""
-        solid = self._solid and self._objective.distance != "sampled"
-        return -float(stray(states, i, self._rules, memos, self._target, solid, not self._symmetric, -above))
+        """−min over the angles of d→ of the vertices: they never move once placed.
+
+        No distance is smaller: ``surface`` has more points that stray, and samples are farther than their surface.
+        """
+        return -float(stray(states, i, self._rules, memos, self._target, self._solid, not self._symmetric, -above))
 
     def score(self, states: States, memos: Memos, i: int, above: float = -math.inf) -> Score:
-        if self._objective.distance == "sampled" and self._solid:
-            memos = self.new_memos(1)  # the tree of samples cannot tell inside from outside
-            return self._score_by_measuring(states, i, np.zeros(len(memos["stray"][0])), above)
         bound = self.bound(states, memos, i, above)
         if not bound > above:
             return NO_SCORE
@@ -155,7 +150,7 @@ class ShapeEvaluator:
         if distance == "sampled":
             return self._sampled(triangles)
         surface = build_bvh(triangles)
-        target, solid = self._surface, self._solid
+        target, solid = self._target, self._solid
         if distance == "surface":
             tolerance = self._objective.tolerance
             strays = directed_distance(triangles, target, tolerance, solid=solid)
@@ -170,7 +165,7 @@ class ShapeEvaluator:
         vertices = np.unique(triangles.reshape(-1, 3), axis=0)
         if self._solid:
             points = np.repeat(vertices[:, None, :], 3, axis=1)
-            outside = [directed_distance(point[None], self._surface, 1e-9, solid=True) > 0 for point in points]
+            outside = [directed_distance(point[None], self._target, 1e-9, solid=True) > 0 for point in points]
             vertices = vertices[np.array(outside)]
         strays = float(np.max(cKDTree(samples).query(vertices)[0], initial=0.0))
         rng = np.random.default_rng(objective.sample_seed)

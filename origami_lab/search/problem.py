@@ -168,11 +168,6 @@ class Problem:
         self.evaluator.clear(positions.memos, i)
         return self._legal[: legal_of(positions.states, i, self.game.rules, self._legal)]
 
-    def copy(self, positions: Positions, i: int, j: int) -> None:
-        """Make position i a copy of position j."""
-        copy_to(positions.states, i, positions.states, j)
-        positions.memos[i] = positions.memos[j]
-
     def play(self, positions: Positions, i: int, action: int) -> Actions:
         """Play a legal action, one interaction; returns the actions legal afterwards, none if the episode has ended.
 

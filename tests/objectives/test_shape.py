@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -60,6 +61,17 @@ def test_sampled_is_within_its_own_noise_of_vertex() -> None:
     states = game.replay_moves(moves)
     exact = score(ShapeObjective(cube()), game, states).value
     assert -0.2 < score(ShapeObjective(cube(), "sampled"), game, states).value < exact + 0.02
+
+
+def test_folds_inside_a_closed_target_never_lower_the_bound() -> None:
+    """The cube's pleats lie inside it, far from its surface: no bound may count them."""
+    game, moves = known_cube()
+    states = game.replay_moves(moves)
+    for distance in ("vertex", "surface", "sampled"):
+        evaluator = bind(ShapeObjective(cube(), distance), game)
+        memos = evaluator.new_memos(1)
+        assert evaluator.bound(states, memos, 0) >= evaluator.score(states, evaluator.new_memos(1), 0).value
+        assert evaluator.bound(states, memos, 0) > -0.01
 
 
 def test_all_three_distances_are_reported_for_the_design() -> None:
@@ -127,10 +139,11 @@ def test_an_asymmetric_target_is_measured_on_every_image() -> None:
         assert evaluator.score(states, memos, 0).value == pytest.approx(-distance, abs=0.08)
 
 
+@pytest.mark.parametrize("target", [bowl, cube])
 @pytest.mark.parametrize("distance", ["vertex", "surface", "sampled"])
-def test_a_bound_is_never_below_what_a_continuation_reaches(distance: str) -> None:
+def test_a_bound_is_never_below_what_a_continuation_reaches(distance: str, target: Callable[[], Target]) -> None:
     game = Game(13, "xyd", Square("choose"), max_crease_length=2.9)
-    evaluator = bind(ShapeObjective(bowl(), distance, tolerance=0.05, samples=500), game)
+    evaluator = bind(ShapeObjective(target(), distance, tolerance=0.05, samples=500), game)
     rng = np.random.default_rng(0)
     for _ in range(8):
         states, memos, bounds = game.new_states(), evaluator.new_memos(1), []
