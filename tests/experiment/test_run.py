@@ -198,12 +198,23 @@ def test_ctrl_c_keeps_the_best_so_far(tmp_path: Path) -> None:
     assert "Traceback" not in (process.stderr.read() if process.stderr else "")
 
 
+def wait_for_group_to_end(group: int) -> None:
+    for _ in range(300):
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return
+        time.sleep(0.1)
+    raise AssertionError("the workers of a killed run are still there")
+
+
 def test_kill_9_leaves_finished_trials_whole_and_resume_finishes(tracked: Path, tmp_path: Path) -> None:
     arguments = (*SMALL, "seed=0..2", "workers=1", "tracking=none", "output=out")
     process = background(tmp_path, *arguments)
     wait_for((tmp_path / "out/seed=0").exists, process)
     process.kill()
     process.wait(10)
+    wait_for_group_to_end(process.pid)  # its worker notices, and may be writing until then
     with inside(tmp_path / "out"):
         for folder in Path().glob("seed=*"):
             assert {file.name for file in folder.iterdir()} == TRIAL_FILES
