@@ -1,0 +1,171 @@
+"""The command without a word: a Hydra application that runs one experiment or, with ``-m``, several."""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from origami_lab.commands import EXIT_INPUT, EXIT_INTERRUPTED
+from origami_lab.errors import InputError
+
+if TYPE_CHECKING:
+    from omegaconf import DictConfig
+
+RERUN_SETTINGS = (
+    "hydra.run.dir=.",
+    "hydra.output_subdir=null",
+    "hydra.job.name=origami-lab",
+    "hydra/job_logging=none",
+    "hydra/hydra_logging=none",
+)
+"""What conf/config.yaml says of Hydra, for a run's own config.yaml, which says nothing of it."""
+
+
+def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
+    """Compose the configuration and run one experiment, or several with ``-m``; returns the exit code."""
+    import hydra
+
+    from origami_lab.experiment.configuration import CONFIG_NAME, config_dir, explain
+    from origami_lab.experiment.multirun import RefusedJobs
+
+    codes: list[int] = []
+    raised: list[Exception] = []
+    application = os.getpid()
+
+    def task(config: DictConfig) -> float | None:
+        try:
+            code, mean = _run_one(config, (*overrides, *flags))
+        except Exception as error:
+            if os.getpid() != application:  # in a launcher's process only exceptions come through
+                raise
+            # kept from Hydra, which would print its own lines about it
+            raised.append(error)
+            return None
+        if code == EXIT_INTERRUPTED and _is_multirun(flags):
+            raise KeyboardInterrupt  # or Hydra would start the next job
+        codes.append(code)
+        return mean
+
+    ours: list[str] = []
+    if any(flag.startswith(("--config-path", "-cp")) for flag in flags):
+        ours += RERUN_SETTINGS
+    with ExitStack() as stack:
+        if _is_multirun(flags) and not any(
+            text.startswith(("hydra.sweep.dir=", "hydra/launcher=")) for text in overrides
+        ):
+            # Hydra's sweeper writes a multirun.yaml; with jobs in this process nobody needs it
+            ours.append(f"hydra.sweep.dir={stack.enter_context(tempfile.TemporaryDirectory())}")
+        stack.enter_context(_as_hydra_sees_it([*ours, *overrides, *flags]))
+        try:
+            hydra.main(config_path=str(config_dir()), config_name=CONFIG_NAME, version_base="1.3")(task)()
+        except SystemExit as ended:  # argparse, --help and the like
+            return ended.code if isinstance(ended.code, int) else 0 if ended.code is None else EXIT_INPUT
+        except RefusedJobs as refused:
+            raise explain(refused.error, overrides, known_keys) or refused.error from None
+        except Exception as error:
+            raise explain(error, overrides, known_keys) or error from None
+    if raised:
+        raise raised[0]
+    return max(codes, default=0)
+
+
+def rerun(word: str, overrides: Sequence[str], flags: Sequence[str]) -> int:
+    """Run a finished run's configuration again, from `origami-lab DIR/config.yaml`."""
+    file = Path(word)
+    if not file.is_file():
+        raise InputError("configuration", word, "there is no such file")
+    values = []
+    for override in overrides:
+        key, _, value = override.partition("=")
+        if key == "tracking":  # the one group that says nothing of the experiment itself
+            values.append(f"tracking.kind={value}")
+        elif key in ("target", "objective", "board", "symmetry", "start", "search", "experiment"):
+            expected = f"a finished configuration takes values like {key}.KEY=...; start anew for another {key}"
+            raise InputError(key, value, expected)
+        else:
+            values.append(override)
+    place = ["--config-path", str(file.resolve().parent), "--config-name", file.stem]
+    return run(values, [*place, *flags])
+
+
+def _run_one(config: DictConfig, arguments: Sequence[str]) -> tuple[int, float | None]:
+    """One experiment; in a multirun an error ends this one and not the others."""
+    from rich.console import Console
+
+    from origami_lab.experiment.runner import run_experiment
+    from origami_lab.experiment.settings import read_settings
+
+    console, errors = Console(), Console(stderr=True)
+    try:
+        settings = read_settings(_job_output(config))
+        experiment = run_experiment(settings, errors, ["origami-lab", *arguments])
+    except InputError as error:
+        if not _is_multirun(arguments):
+            raise
+        print(f"error: {error}", file=sys.stderr)
+        return EXIT_INPUT, None
+    if settings.verbosity != "quiet" and experiment.rows:
+        from origami_lab.reporting.tables import summary_table
+
+        title = f"{settings.task} · {settings.method} · {settings.budget:,} interactions a trial"
+        console.print(summary_table(experiment.rows, title))
+        if settings.tracking["kind"] == "mlflow":
+            console.print("to look at it: origami-lab dashboard", highlight=False)
+    console.print(str(experiment.folder), highlight=False, soft_wrap=True)
+    mean = experiment.summary["returns"].get("return")
+    return experiment.exit_code, None if mean is None else mean["mean"]
+
+
+def _job_output(config: DictConfig) -> DictConfig:
+    """In a multirun with one ``output``, each job gets a numbered folder below it."""
+    from hydra.core.hydra_config import HydraConfig
+    from hydra.types import RunMode
+
+    if HydraConfig.get().mode == RunMode.MULTIRUN and config.get("output") is not None:
+        config.output = str(Path(str(config.output)) / str(HydraConfig.get().job.num))
+    return config
+
+
+@contextmanager
+def _as_hydra_sees_it(command: list[str]) -> Iterator[None]:
+    """The command in sys.argv, errors raised instead of printed, the user's classes importable."""
+    before = sys.argv, os.environ.get("HYDRA_FULL_ERROR"), list(sys.path)
+    sys.argv = ["origami-lab", *command]
+    os.environ["HYDRA_FULL_ERROR"] = "1"  # raise, and we say it in one line
+    if "" not in sys.path and str(Path.cwd()) not in sys.path:
+        sys.path.append(str(Path.cwd()))
+    try:
+        yield
+    finally:
+        sys.argv, sys.path[:] = before[0], before[2]
+        if before[1] is None:
+            del os.environ["HYDRA_FULL_ERROR"]
+        else:
+            os.environ["HYDRA_FULL_ERROR"] = before[1]
+
+
+def _is_multirun(arguments: Sequence[str]) -> bool:
+    return any(argument in ("-m", "--multirun") for argument in arguments)
+
+
+def known_keys() -> list[str]:
+    """All keys and groups, to suggest one for a typo."""
+    from hydra import compose, initialize_config_dir
+    from omegaconf import OmegaConf
+
+    from origami_lab.experiment.configuration import CONFIG_NAME, config_dir
+    from origami_lab.experiment.folder import flatten
+
+    try:
+        with initialize_config_dir(str(config_dir()), version_base="1.3"):
+            container = OmegaConf.to_container(compose(CONFIG_NAME), resolve=False)
+    except Exception:
+        return []
+    assert isinstance(container, dict)
+    groups = [folder.name for folder in config_dir().iterdir() if folder.is_dir() and folder.name != "hydra"]
+    return [*groups, *flatten({str(key): value for key, value in container.items()})]
