@@ -37,6 +37,7 @@ from origami_lab.game.play import (
 )
 from origami_lab.game.starts import Square
 from origami_lab.game.state import RUNNING, SELECTION, TERMINATED, THIRD, States, clear
+from origami_lab.game.undo import note_dtype, step_back, step_noted
 from origami_lab.jit import kernel
 from origami_lab.objectives.shape import ShapeObjective
 from origami_lab.objectives.targets import bowl
@@ -67,6 +68,13 @@ def masks_only(states: States, rules: States, actions: np.ndarray, legal: np.nda
         from_ += settle(s, r, legal)
         play_action(s, r, action)
     return from_
+
+
+@kernel
+def there_and_back(states: States, i: int, rules: States, action: int, notes: States, legal: np.ndarray) -> None:
+    """Play an action and take it back."""
+    step_noted(states, i, rules, action, notes, 0, legal)
+    step_back(states, i, notes, 0)
 
 
 def best_of(function: Callable[[], object], repeats: int = 3) -> float:
@@ -193,13 +201,14 @@ def growth(interactions: int) -> list[str]:
         lines.append(f"| {size} | {sum(map(len, logs)) / (time.perf_counter() - start):,.0f} |")
     lines += [
         "",
-        "| representatives | images | one extension, µs | legal actions, µs | copy, µs |",
+        "| representatives | images | completing an extension and taking it back, µs | legal actions, µs | copy, µs |",
         "|---:|---:|---:|---:|---:|",
     ]
     game, rng = bowl_game(49), np.random.default_rng(0)
     gentle = game.rules.copy()
     gentle["angles"][0] = game.angles / 20  # small angles, so that all ten stay reachable however large the pattern
     states, legal = game.new_states(3), np.empty(game.max_legal, dtype=np.int32)
+    notes = np.empty(1, dtype=note_dtype(len(game.angles)))
 
     def repeated(function: Callable[[], object], count: int) -> float:
         return best_of(lambda: [function() for _ in range(count)]) / count * 1e6
@@ -207,13 +216,12 @@ def growth(interactions: int) -> list[str]:
     for wanted in (8, 16, 32, 64, 128):
         grow(game, gentle, states, rng, wanted)
         log = states["actions"][0][: int(states["n_actions"][0])].copy()
-        before = log[: len(log) - 4]
-        whole = repeated(partial(replay_unchecked, states, 2, gentle, log), 20)
-        less = repeated(partial(replay_unchecked, states, 2, gentle, before), 20)
         masking = repeated(partial(legal_of, states, 0, gentle, legal), 300)
         copying = repeated(partial(copy_to, states, 1, states, 0), 300)
+        replay_unchecked(states, 2, gentle, log[:-1])
+        extending = repeated(partial(there_and_back, states, 2, gentle, int(log[-1]), notes, legal), 300)
         n, images = int(states["n_vertices"][0]), len(FoldedSheet(states, 0, gentle).flat)
-        lines.append(f"| {n} | {images} | {whole - less:.1f} | {masking:.1f} | {copying:.1f} |")
+        lines.append(f"| {n} | {images} | {extending:.1f} | {masking:.1f} | {copying:.1f} |")
     return lines
 
 
@@ -240,6 +248,31 @@ def grow(game: Game, rules: States, states: States, rng: np.random.Generator, ve
                     return
 
 
+def memory(interactions: int) -> list[str]:
+    """Memory of this process over long searches, at each tenth of the way."""
+    marks = [f"{k}0 %" for k in range(1, 11)]
+    lines = [f"| searcher | start | {' | '.join(marks)} |", "|---|" + "---:|" * 11]
+    for name, searcher in {"rdm": RandomSearch(), "dfts": DepthFirstSearch(), "bfts": BreadthFirstSearch()}.items():
+        seen = [resident()]
+
+        def watch(problem: Problem, seen: list[float] = seen) -> None:
+            while problem.interactions >= len(seen) * interactions / 10:
+                seen.append(resident())
+
+        searcher.search(
+            Problem(bowl_game(), ShapeObjective(bowl()), interactions, on_progress=watch), np.random.default_rng(0)
+        )
+        seen += [resident()] * (11 - len(seen))
+        lines.append(f"| {name} | " + " | ".join(f"{value:.0f}" for value in seen) + " |")
+    return lines
+
+
+def resident() -> float:
+    """Memory that this process holds now, in MB."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * resource.getpagesize() / 2**20
+
+
 def start_up() -> list[str]:
     """Seconds from the command to its first interaction and to its end, with a cold and a warm kernel cache."""
     settings = "target=bowl search=rdm search._target_=stamp.StampedSearch budget=10 seed=0 workers=1 tracking=none"
@@ -259,6 +292,7 @@ def start_up() -> list[str]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=3.0, help="per searcher")
+    parser.add_argument("--long", type=int, default=10_000_000, help="interactions of the searches for memory")
     parser.add_argument("--out", type=Path, help="write the report there, too")
     options = parser.parse_args()
     calibration(1000)
@@ -284,6 +318,10 @@ def main() -> None:
         "## Start-up",
         "",
         *start_up(),
+        "",
+        f"## Memory over {options.long:,} interactions, MB",
+        "",
+        *memory(options.long),
         "",
         f"Peak memory of this process: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB.",
         "",

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.game.masks import tail
-from origami_lab.game.play import ALL, Actions, play_action, settle
+from origami_lab.game.play import Actions, play_action, settle
 from origami_lab.game.state import SCALARS, SELECTION, THIRD, Record, States, board_points, copy_scalars
 from origami_lab.jit import kernel
 
@@ -75,11 +75,11 @@ def restore(s: Record, note: Record) -> None:
 
 
 @kernel
-def play_noted(s: Record, r: Record, action: int, note: Record, legal: Actions, most: int = ALL) -> int:
+def play_noted(s: Record, r: Record, action: int, note: Record, legal: Actions) -> int:
     """Play one legal action so that :func:`restore` takes it back; returns how many are legal afterwards."""
     write_note(s, r, action, note)
     play_action(s, r, action)
-    return settle(s, r, legal, most)
+    return settle(s, r, legal)
 
 
 @kernel

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from origami_lab.game.collisions import place_corner
 from origami_lab.game.state import Record, States, has_image, image_code
-from origami_lab.geometry.bvh import Bvh, build_bvh, inside, nearest_squared, nearest_triangle, triangle_squared
+from origami_lab.geometry.bvh import Bvh, build_bvh, inside, nearest_squared
 from origami_lab.jit import kernel
 
 Array = NDArray[np.float64]
@@ -49,11 +49,9 @@ def stray(s: Record, r: Record, memo: Record, target: Surface, enough: float) ->
     Vertices that were measured before are not measured again. At an angle whose d→ has reached ``enough`` the rest is
     not measured: the returned value is then at least ``enough``, too.
     """
-    bvh = target.bvh
     corner = np.empty((1, 3))
     first = r.min_reach - 1
     order = r.order if target.images else 1
-    near = 0  # a triangle that was nearest to a neighbouring point, tried first: it often is near enough
     for v in range(memo.measured, s.n_vertices):
         for g in range(order):
             if g > 0 and not has_image(r, s.axis[v], g):
@@ -64,13 +62,8 @@ def stray(s: Record, r: Record, memo: Record, target: Surface, enough: float) ->
                     continue
                 place_corner(s, r, 8 * v + g, k, corner, 0)
                 x, y, z = corner[0, 0], corner[0, 1], corner[0, 2]
-                squared = triangle_squared(bvh.triangles, near, x, y, z)
-                if squared <= so_far * so_far:
-                    continue
-                squared = min(squared, enough * enough)
-                squared, found = nearest_triangle(bvh, x, y, z, so_far * so_far, squared)
-                near = found if found >= 0 else near
-                if squared > so_far * so_far and not (target.solid and inside(bvh, x, y, z)):
+                squared = nearest_squared(target.bvh, x, y, z, so_far * so_far, enough * enough)
+                if squared > so_far * so_far and not (target.solid and inside(target.bvh, x, y, z)):
                     memo.stray[k] = np.sqrt(squared)
     memo.measured = s.n_vertices
     best = np.inf

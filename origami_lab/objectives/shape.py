@@ -19,7 +19,6 @@ from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from origami_lab.errors import InputError
 from origami_lab.game.game import Game
@@ -166,6 +165,8 @@ class ShapeEvaluator:
         return float(uncovered(self._cover, surface, strays, math.inf, self._hint))
 
     def _sampled(self, triangles: NDArray[np.float64]) -> float:
+        from scipy.spatial import cKDTree  # here: a good part of the start-up, for one of three distances
+
         objective = self._objective
         samples = objective.random_samples
         vertices = np.unique(triangles.reshape(-1, 3), axis=0)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from origami_lab.game.play import ALL, settle
+from origami_lab.game.play import settle
 from origami_lab.game.state import SELECTION, States, clear
 from origami_lab.game.undo import Notes, play_noted, restore
 from origami_lab.jit import kernel
@@ -123,7 +123,7 @@ def walk(
             child, enter = node[TRIED], not best_first
             node[TRIED] += 1
             played += 1
-            n = play_noted(s, r, children[depth, child], notes[depth], legal, 1 if best_first else ALL)
+            n = play_noted(s, r, children[depth, child], notes[depth], legal)
             memos[depth + 1] = memos[depth]
             bound = own
             if n == 0:
