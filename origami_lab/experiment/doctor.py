@@ -26,6 +26,7 @@ import origami_lab
 OK, NOTE, PROBLEM = "ok", "note", "problem"
 DISTRIBUTION = "origami-lab"
 STORE = Path("results/mlflow.db")
+CGROUP = Path("/sys/fs/cgroup")
 PATIENCE_SECONDS = 2.0
 LITTLE_DISK = 2**30
 """Bytes below which free space is worth a note: a trial's files take about a megabyte, twice with tracking."""
@@ -160,7 +161,7 @@ def _configuration() -> Iterator[Found]:
 
 
 def _cores() -> Iterator[Found]:
-    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    usable = _usable_cores()
     total = os.cpu_count() or usable
     text = f"{usable} usable" + (f" of {total}" if usable != total else "")
     limit = _cgroup_cores()
@@ -170,14 +171,18 @@ def _cores() -> Iterator[Found]:
         yield OK, f"{text}: as many trials run at a time"
 
 
+def _usable_cores() -> int:
+    """What workers=auto takes."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def _cgroup_cores() -> float | None:
     """The processor time that a container may use, in cores."""
     try:
-        quota, period = Path("/sys/fs/cgroup/cpu.max").read_text().split()
+        quota, period = (CGROUP / "cpu.max").read_text().split()
     except (OSError, ValueError):
         try:
-            root = Path("/sys/fs/cgroup/cpu")
-            quota, period = ((root / f"cpu.cfs_{name}_us").read_text().strip() for name in ("quota", "period"))
+            quota, period = ((CGROUP / f"cpu/cpu.cfs_{name}_us").read_text().strip() for name in ("quota", "period"))
         except OSError:
             return None
     return None if quota in ("max", "-1") else int(quota) / int(period)
@@ -190,8 +195,7 @@ def _memory() -> Iterator[Found]:
         return
     text = f"{_size(free)} free of {_size(total)}"
     trials = free // MEMORY_PER_TRIAL
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if trials < cores:
+    if trials < _usable_cores():
         expected = f"enough for {trials} trials at a time (about {_size(MEMORY_PER_TRIAL)} each)"
         yield NOTE, f"{text}: {expected}; best is workers={max(trials, 1)}"
     else:
@@ -211,8 +215,8 @@ def _free_memory() -> tuple[int | None, int | None]:
         ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes"),
     ):
         try:
-            most = int((Path("/sys/fs/cgroup") / limit).read_text())
-            used = int((Path("/sys/fs/cgroup") / usage).read_text())
+            most = int((CGROUP / limit).read_text())
+            used = int((CGROUP / usage).read_text())
         except (OSError, ValueError):  # no limit ("max"), or none of this kind
             continue
         if most < total:

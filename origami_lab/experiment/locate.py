@@ -55,7 +55,7 @@ def locate(field: str, path: str) -> Any:
             raise InputError(field, path, expected)
         value = getattr(value, name)
     if not callable(value):
-        raise InputError(field, path, f"is a {type(value).__name__}; must be a class or a function")
+        raise InputError(field, path, f"is of type {type(value).__name__}; must be a class or a function")
     return value
 
 
