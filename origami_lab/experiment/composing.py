@@ -101,12 +101,11 @@ def _composed(overrides: Sequence[str], own: Path | None) -> Iterator[DictConfig
 def working_directory_importable() -> Iterator[None]:
     """Modules of the working directory can be imported inside, also by the worker processes started there."""
     here = str(Path.cwd())
-    if here in sys.path:  # "" would not do: workers take it for the folder where this process started
-        yield
-        return
+    # always added, though "" or the same may be there: workers take "" for the folder where this process started,
+    # and a run in another thread takes away what it added
     sys.path.append(here)
     try:
         yield
     finally:
         if here in sys.path:
-            sys.path.remove(here)
+            del sys.path[len(sys.path) - 1 - sys.path[::-1].index(here)]

@@ -63,6 +63,12 @@ def explain(
     if isinstance(error, OverrideParseException):
         key, _, value = str(error.override).partition("=")
         return InputError(key, value, f"cannot be read: {_first_line(error.message)}; quote special characters")
+    mark = getattr(error, "problem_mark", None)  # PyYAML's, in a file of the user's
+    if mark is not None:
+        problem = getattr(error, "problem", None) or "not YAML"
+        return InputError("configuration", mark.name, f"cannot be read: {problem} in line {mark.line + 1}")
+    if isinstance(error, UnicodeDecodeError):
+        return InputError("configuration", "?", "cannot be read: a file is not UTF-8 text")
     if isinstance(error, ConfigCompositionException | HydraException | OmegaConfBaseException):
         text = f"{error}\n{error.__cause__ or ''}"
         if found := _AMBIGUOUS.search(text):

@@ -13,6 +13,9 @@ from typing import Any
 
 from origami_lab.errors import InputError
 
+PACKAGE = str(Path(__file__).parents[1])
+LIBRARIES = tuple({sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")})
+
 
 def locate(field: str, path: str) -> Any:
     """The class or function that a dotted path names; its module is imported.
@@ -83,18 +86,16 @@ def describe(error: BaseException) -> str:
 
 
 def _place(error: BaseException) -> tuple[str | None, int | None]:
-    """File and line of the innermost call that is neither in a library nor in this package's plumbing."""
+    """File and line of the innermost call in code of the user's; of the innermost one where all is in libraries."""
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if not frame.filename.startswith("<")]
-    own = [frame for frame in frames if not _is_library(frame.filename)]
-    chosen = (own or frames)[-1:]
-    return (chosen[0].filename, chosen[0].lineno) if chosen else (None, None)
+    own = [frame for frame in frames if not _is_below(frame.filename, *LIBRARIES, PACKAGE)]
+    for frame in [*own[-1:], *frames[-1:]]:
+        return (None, None) if _is_below(frame.filename, PACKAGE) else (frame.filename, frame.lineno)
+    return None, None
 
 
-def _is_library(file: str) -> bool:
-    paths = sysconfig.get_paths()
-    libraries = {paths[name] for name in ("stdlib", "platstdlib", "purelib", "platlib")}
-    libraries.add(str(Path(__file__).parent))
-    return any(file.startswith(library) for library in libraries)
+def _is_below(file: str, *folders: str) -> bool:
+    return any(file.startswith(folder) for folder in folders)
 
 
 def _short(file: str) -> str:

@@ -220,3 +220,23 @@ def test_the_command_says_it_and_leaves_nothing(module: str, capfd: pytest.Captu
     assert not Path("results").exists()
     assert main(["--config-dir", "conf", "objective=mine", "--cfg", "job"]) == 0
     assert f"_target_: {module}.Plain" in capfd.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        (b"objective:\n  a: 1\n b: [\n", "/mine.yaml: cannot be read: expected <block end>"),
+        (b"a: \xff\n", "not UTF-8 text"),
+        (b"objective:\n  _target_: mine.X\n", "the first line of its file must be # @package _global_"),
+        (b"# @package _global_\nobjective:\n  _traget_: mine.X\n", "or name a class by _target_"),
+        (b"# @package _global_\ndefaults:\n  - override /bord: 9x9\n", "did you mean board?"),
+        (b"# @package _global_\ndefaults:\n  - override /board: 9x8\n", "did you mean 9x9?"),
+    ],
+)
+def test_a_wrong_yaml_is_said_in_one_line(content: bytes, expected: str, tmp_path: Path) -> None:
+    (tmp_path / "objective").mkdir()
+    (tmp_path / "objective/mine.yaml").write_bytes(content)
+    with pytest.raises(InputError) as refused:
+        compose_settings(["objective=mine", "search=rdm"], tmp_path)
+    assert expected in str(refused.value)
+    assert "\n" not in str(refused.value)
