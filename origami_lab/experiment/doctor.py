@@ -235,7 +235,7 @@ def _kernels() -> Iterator[Found]:
         yield PROBLEM, f"{folder} cannot be written; set XDG_CACHE_HOME or NUMBA_CACHE_DIR to a folder that can"
         return
     if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
-        yield NOTE, "NUMBA_DISABLE_JIT is set: everything runs a hundred times slower"
+        yield NOTE, "NUMBA_DISABLE_JIT is set: kernels run as plain Python, far slower"
         return
     # numba keeps the kernels of each folder of sources by themselves: another checkout's are not ours
     sources = Path(origami_lab.__file__).parent.glob("*/__init__.py")

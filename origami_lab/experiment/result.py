@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from origami_lab.errors import InputError
 from origami_lab.experiment.folder import RunFolder
 from origami_lab.experiment.locate import locate
-from origami_lab.reporting.tables import COLUMNS, FAILED, INTEGERS, best_row, read_trials, spreads
+from origami_lab.reporting.tables import COLUMNS, FAILED, INTEGERS, NO_DESIGN, Row, best_row, read_trials, spreads
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -64,7 +64,10 @@ class Result:
 
     @cached_property
     def designs(self) -> Mapping[int, CreasePattern]:
-        """Seed → the trial's best design, replayed from its actions when it is looked up; no failed trials."""
+        """Seed → the trial's best design, replayed from its actions when it is looked up; no failed trials.
+
+        Where a trial found none (status "no design") it is the bare start pattern.
+        """
         return _Designs(self.folder, [seed for seed in self._rows if (self.folder / f"seed={seed}").is_dir()])
 
     @property
@@ -74,15 +77,15 @@ class Result:
         Raises
         ------
         LookupError
-            If no trial came to an end.
+            If no trial found a design.
         """
-        return self.designs[self._best_seed()]
-
-    def _best_seed(self) -> int:
-        row = best_row(self._rows.values())
+        row = self._best_row()
         if row is None:
-            raise LookupError(f"no trial in {self.folder} has a design")
-        return int(row["seed"])
+            raise LookupError(f"no trial in {self.folder} found a design")
+        return self.designs[int(row["seed"])]
+
+    def _best_row(self) -> Row | None:
+        return best_row(row for row in self._rows.values() if row["status"] != NO_DESIGN)
 
     def _exit_code(self) -> int:
         if self.summary.get("interrupted", True):
@@ -94,7 +97,7 @@ class Result:
         statuses = [str(row["status"]).partition(":")[0] for row in self._rows.values()]
         counts = ", ".join(f"{statuses.count(name)} {name}" for name in sorted(set(statuses)))
         found = spreads(self._rows.values()).get("return")
-        row = best_row(self._rows.values())
+        row = self._best_row()
         parts = [f"{self.summary.get('task', '?')} {self.summary.get('search', '?')}", f"trials: {counts or 'none'}"]
         if found is not None:
             parts.append(f"return {found}")

@@ -212,8 +212,12 @@ def test_failed_and_unfinished_runs_load_too(tracked: Path, tmp_path: Path) -> N
     (out / "seed=0/actions.json").write_text(json.dumps(saved))
     with pytest.raises(InputError, match=r"cannot be replayed: action \d+: action 0 is not legal"):
         killed.designs[0]
-    for seed in (0, 2):
-        shutil.rmtree(out / f"seed={seed}")
+    row = json.loads((out / "seed=2/result.json").read_text())
+    (out / "seed=2/result.json").write_text(json.dumps({**row, "status": "no design"}))
+    shutil.rmtree(out / "seed=0")
+    with pytest.raises(LookupError):
+        _ = origami_lab.load(out).best
+    shutil.rmtree(out / "seed=2")
     empty = origami_lab.load(out)
     assert (len(empty.trials), len(empty.designs), empty.exit_code) == (0, 0, 130)
     assert str(out) in repr(empty)
