@@ -2,4 +2,4 @@
 
 EXIT_OK, EXIT_CRASH, EXIT_INPUT, EXIT_INTERRUPTED = 0, 1, 2, 130
 
-COMMANDS = ("dashboard",)
+COMMANDS = ("dashboard", "doctor")

@@ -30,6 +30,7 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
     """Compose the configuration and run one experiment, or several with ``-m``; returns the exit code."""
     import hydra
 
+    from origami_lab.experiment.composing import known_keys, working_directory_importable
     from origami_lab.experiment.configuration import CONFIG_NAME, config_dir, explain
     from origami_lab.experiment.multirun import RefusedJobs
 
@@ -61,6 +62,7 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
             # Hydra's sweeper writes a multirun.yaml; with jobs in this process nobody needs it
             ours.append(f"hydra.sweep.dir={stack.enter_context(tempfile.TemporaryDirectory())}")
         stack.enter_context(_as_hydra_sees_it([*ours, *overrides, *flags]))
+        stack.enter_context(working_directory_importable())
         try:
             hydra.main(config_path=str(config_dir()), config_name=CONFIG_NAME, version_base="1.3")(task)()
         except SystemExit as ended:  # argparse, --help and the like
@@ -97,6 +99,7 @@ def _run_one(config: DictConfig, arguments: Sequence[str]) -> tuple[int, float |
     """One experiment; in a multirun an error ends this one and not the others."""
     from rich.console import Console
 
+    from origami_lab.experiment.api import show_results
     from origami_lab.experiment.runner import run_experiment
     from origami_lab.experiment.settings import read_settings
 
@@ -109,13 +112,7 @@ def _run_one(config: DictConfig, arguments: Sequence[str]) -> tuple[int, float |
             raise
         print(f"error: {error}", file=sys.stderr)
         return EXIT_INPUT, None
-    if settings.verbosity != "quiet" and experiment.rows:
-        from origami_lab.reporting.tables import summary_table
-
-        title = f"{settings.task} · {settings.method} · {settings.budget:,} interactions a trial"
-        console.print(summary_table(experiment.rows, title))
-        if settings.tracking["kind"] == "mlflow":
-            console.print("to look at it: origami-lab dashboard", highlight=False)
+    show_results(console, settings, experiment)
     console.print(str(experiment.folder), highlight=False, soft_wrap=True)
     mean = experiment.summary["returns"].get("return")
     return experiment.exit_code, None if mean is None else mean["mean"]
@@ -133,16 +130,14 @@ def _job_output(config: DictConfig) -> DictConfig:
 
 @contextmanager
 def _as_hydra_sees_it(command: list[str]) -> Iterator[None]:
-    """The command in sys.argv, errors raised instead of printed, the user's classes importable."""
-    before = sys.argv, os.environ.get("HYDRA_FULL_ERROR"), list(sys.path)
+    """The command in sys.argv, and errors raised instead of printed."""
+    before = sys.argv, os.environ.get("HYDRA_FULL_ERROR")
     sys.argv = ["origami-lab", *command]
     os.environ["HYDRA_FULL_ERROR"] = "1"  # raise, and we say it in one line
-    if "" not in sys.path and str(Path.cwd()) not in sys.path:
-        sys.path.append(str(Path.cwd()))
     try:
         yield
     finally:
-        sys.argv, sys.path[:] = before[0], before[2]
+        sys.argv = before[0]
         if before[1] is None:
             del os.environ["HYDRA_FULL_ERROR"]
         else:
@@ -151,21 +146,3 @@ def _as_hydra_sees_it(command: list[str]) -> Iterator[None]:
 
 def _is_multirun(arguments: Sequence[str]) -> bool:
     return any(argument in ("-m", "--multirun") for argument in arguments)
-
-
-def known_keys() -> list[str]:
-    """All keys and groups, to suggest one for a typo."""
-    from hydra import compose, initialize_config_dir
-    from omegaconf import OmegaConf
-
-    from origami_lab.experiment.configuration import CONFIG_NAME, config_dir
-    from origami_lab.experiment.folder import flatten
-
-    try:
-        with initialize_config_dir(str(config_dir()), version_base="1.3"):
-            container = OmegaConf.to_container(compose(CONFIG_NAME), resolve=False)
-    except Exception:
-        return []
-    assert isinstance(container, dict)
-    groups = [folder.name for folder in config_dir().iterdir() if folder.is_dir() and folder.name != "hydra"]
-    return [*groups, *flatten({str(key): value for key, value in container.items()})]

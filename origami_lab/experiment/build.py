@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +11,7 @@ from hydra.errors import InstantiationException
 from hydra.utils import instantiate
 
 from origami_lab.errors import InputError
+from origami_lab.experiment.locate import describe, locate
 from origami_lab.experiment.settings import Node, Settings
 
 if TYPE_CHECKING:
@@ -33,20 +36,23 @@ def build_parts(settings: Settings) -> Parts:
     Raises
     ------
     InputError
-        If a class cannot be imported, does not take the arguments, or refuses their values.
+        If a class cannot be imported, does not take the arguments, refuses their values, or is not what its place
+        wants; whatever is raised on the way is said in one line with its file and line.
     """
+    from origami_lab.experiment.interface import check_objective, check_searcher, check_target
     from origami_lab.game.game import Game  # here: it compiles or loads kernels
 
     start = _make("start", settings.start)
     game = Game(start=start, **_without_none(settings.game, "capacity"))
-    target = None if settings.target is None else _make("target", settings.target)
+    target = None
+    if settings.target is not None:
+        target = _make("target", settings.target)
+        check_target(settings.target["_target_"], target)
     extra = {} if target is None or not _wants_target(settings) else {"target": target}
     objective = _make("objective", settings.objective, **extra)
-    if not any(callable(getattr(objective, name, None)) for name in ("bind", "score")):
-        raise InputError("objective", settings.objective["_target_"], "must have a method score(sheet)")
+    check_objective(settings.objective["_target_"], objective)
     searcher = _make("search", settings.search)
-    if not callable(getattr(searcher, "search", None)):
-        raise InputError("search", settings.search["_target_"], "must have a method search(problem, rng)")
+    check_searcher(settings.search["_target_"], searcher)
     return Parts(game, target, objective, searcher)
 
 
@@ -61,23 +67,46 @@ def _without_none(arguments: Node, *names: str) -> dict[str, Any]:
 
 def _make(field: str, node: Node, **extra: Any) -> Any:
     """Call the node's ``_target_``; ``extra`` arguments are passed on untouched."""
-    # _partial_, because Hydra turns dataclasses among the arguments of a call into configurations
+    for name in _targets(node):
+        locate(field, name)  # says it better than Hydra
+    name = node["_target_"]
     try:
+        # _partial_, because Hydra turns dataclasses among the arguments of a call into configurations
         return instantiate(dict(node), _partial_=True, _convert_="all")(**extra)
     except InputError:
         raise
-    except InstantiationException as error:
-        cause = error.__cause__
+    except InstantiationException as error:  # of an argument that is a part itself, or Hydra refuses the target
+        cause: BaseException = error
+        while cause.__cause__ is not None:
+            cause = cause.__cause__
         if isinstance(cause, InputError):
             raise cause from error
-        raise InputError(field, node["_target_"], f"cannot be loaded: {_reason(error)}") from error
+        raise InputError(field, name, f"cannot be made: {describe(cause)}") from error
+    except Exception as error:
+        if isinstance(error, TypeError) and (refused := _refused_arguments(name, field, node, extra)):
+            raise InputError(field, name, f"does not take these arguments: {refused}") from error
+        raise InputError(field, name, f"raised {describe(error)}") from error
+
+
+def _targets(node: Any) -> Iterator[str]:
+    """All that is to be located: the node's own ``_target_`` first, then those of its arguments."""
+    if isinstance(node, Mapping):
+        if isinstance(node.get("_target_"), str):
+            yield node["_target_"]
+        for value in node.values():
+            yield from _targets(value)
+    elif isinstance(node, list | tuple):
+        for value in node:
+            yield from _targets(value)
+
+
+def _refused_arguments(name: str, field: str, node: Node, extra: Node) -> str | None:
+    """Why the signature does not fit the arguments; None if it does, or has none."""
+    keys = [key for key in node if key not in ("_target_", "_args_", "_convert_", "_partial_", "_recursive_")]
+    try:
+        inspect.signature(locate(field, name)).bind(*node.get("_args_", ()), **dict.fromkeys([*keys, *extra]))
     except TypeError as error:
-        raise InputError(field, node["_target_"], f"does not take these arguments: {error}") from error
-
-
-def _reason(error: BaseException) -> str:
-    """What went wrong first, in one line."""
-    while error.__cause__ is not None:
-        error = error.__cause__
-    lines = str(error).splitlines()
-    return f"{type(error).__name__}: {lines[0] if lines else ''}"
+        return str(error)
+    except ValueError:
+        return None
+    return None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -17,6 +16,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 import origami_lab
 from origami_lab.errors import InputError
+from origami_lab.experiment.locate import nearest
 
 CONFIG_NAME = "config"
 
@@ -63,6 +63,12 @@ def explain(
     if isinstance(error, OverrideParseException):
         key, _, value = str(error.override).partition("=")
         return InputError(key, value, f"cannot be read: {_first_line(error.message)}; quote special characters")
+    mark = getattr(error, "problem_mark", None)  # PyYAML's, in a file of the user's
+    if mark is not None:
+        problem = getattr(error, "problem", None) or "not YAML"
+        return InputError("configuration", mark.name, f"cannot be read: {problem} in line {mark.line + 1}")
+    if isinstance(error, UnicodeDecodeError):
+        return InputError("configuration", "?", "cannot be read: a file is not UTF-8 text")
     if isinstance(error, ConfigCompositionException | HydraException | OmegaConfBaseException):
         text = f"{error}\n{error.__cause__ or ''}"
         if found := _AMBIGUOUS.search(text):
@@ -84,20 +90,15 @@ def _missing(error: MissingConfigException) -> InputError:
     if not options:
         return InputError(group or "configuration", option, _first_line(str(error)))
     return InputError(
-        group.removeprefix("/"), option, f"must be one of {', '.join(options)}" + _nearest(option, options)
+        group.removeprefix("/"), option, f"must be one of {', '.join(options)}" + nearest(option, options)
     )
 
 
 def _unknown(key: str, arguments: Sequence[str], known_keys: Iterable[str]) -> InputError:
     key = key.lstrip("+~")
     values = [text.partition("=")[2] for text in arguments if text.lstrip("+~").partition("=")[0] == key]
-    nearest = _nearest(key, sorted(set(known_keys)))
-    return InputError(key, values[-1] if values else "?", "there is no such key or group" + (nearest or "; see --help"))
-
-
-def _nearest(word: str, words: Iterable[str]) -> str:
-    found = difflib.get_close_matches(word, list(words), n=1, cutoff=0.6)
-    return f"; did you mean {found[0]}?" if found else ""
+    hint = nearest(key, sorted(set(known_keys)))
+    return InputError(key, values[-1] if values else "?", "there is no such key or group" + (hint or "; see --help"))
 
 
 def _first_line(text: str) -> str:

@@ -221,5 +221,8 @@ class _Reader:
     def part(self, key: str) -> dict[str, Any]:
         value = self.get(key)
         if not isinstance(value, Mapping) or not isinstance(value.get("_target_"), str):
-            raise InputError(key, value, "must be one of its options, or name a class by _target_")
+            expected = "must be one of its options, or name a class by _target_"
+            if isinstance(value, Mapping) and key in value:  # the option's keys ended up below the group's
+                expected += "; the first line of its file must be # @package _global_"
+            raise InputError(key, value, expected)
         return {str(name): item for name, item in value.items()}

@@ -39,6 +39,6 @@ def tracked(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="session")
 def composed() -> Sequence[str]:
     """Keys of the default configuration, dotted."""
-    from origami_lab.commands.experiment import known_keys
+    from origami_lab.experiment.composing import known_keys
 
     return known_keys()

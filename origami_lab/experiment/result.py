@@ -1,0 +1,171 @@
+"""What a run found, read from its folder: a table of trials and the designs as objects."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from origami_lab.errors import InputError
+from origami_lab.experiment.folder import RunFolder
+from origami_lab.experiment.locate import locate
+from origami_lab.reporting.tables import COLUMNS, FAILED, INTEGERS, NO_DESIGN, Row, best_row, read_trials, spreads
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from origami_lab.game.pattern import CreasePattern
+
+EXIT_OK, EXIT_FAILED, EXIT_INTERRUPTED = 0, 1, 130
+
+
+class Result:
+    """A run: its table of trials, its designs, its folder. Everything is read from the folder when first asked for.
+
+    Attributes
+    ----------
+    folder
+        The run's folder, an absolute path.
+    exit_code
+        0, 1 if a trial failed, 130 if the run was interrupted or never came to its end.
+    """
+
+    def __init__(self, folder: Path, exit_code: int | None = None) -> None:
+        self.folder = folder
+        self.exit_code = self._exit_code() if exit_code is None else exit_code
+
+    @cached_property
+    def _rows(self) -> dict[int, dict[str, Any]]:
+        """The trials by seed: failed ones are in the table only, those of a killed run in folders."""
+        table = self.folder / "trials.csv"
+        rows = {int(row["seed"]): row for row in (read_trials(table) if table.is_file() else [])}
+        return dict(sorted({**rows, **RunFolder(self.folder).rows()}.items()))
+
+    @cached_property
+    def trials(self) -> pd.DataFrame:
+        """trials.csv: one row a seed, which is the index. Counts are Int64, figures float64 (NaN: no value)."""
+        import pandas as pd
+
+        kinds = {name: "Int64" if name in INTEGERS else "float64" for name in COLUMNS} | {"status": "string"}
+        table = pd.DataFrame(list(self._rows.values()), columns=list(COLUMNS)).astype(kinds)
+        return table.astype({"seed": "int64"}).set_index("seed")
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """summary.json: mean ± std of the returns, the best seed, versions, the command; {} if the run has none yet."""
+        try:
+            summary = json.loads((self.folder / "summary.json").read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return {}
+        return summary if isinstance(summary, dict) else {}
+
+    @cached_property
+    def designs(self) -> Mapping[int, CreasePattern]:
+        """Seed → the trial's best design, replayed from its actions when it is looked up; no failed trials.
+
+        Where a trial found none (status "no design") it is the bare start pattern.
+        """
+        return _Designs(self.folder, [seed for seed in self._rows if (self.folder / f"seed={seed}").is_dir()])
+
+    @property
+    def best(self) -> CreasePattern:
+        """The design with the highest return, the lowest seed among equals.
+
+        Raises
+        ------
+        LookupError
+            If no trial found a design.
+        """
+        row = self._best_row()
+        if row is None:
+            raise LookupError(f"no trial in {self.folder} found a design")
+        return self.designs[int(row["seed"])]
+
+    def _best_row(self) -> Row | None:
+        return best_row(row for row in self._rows.values() if row["status"] != NO_DESIGN)
+
+    def _exit_code(self) -> int:
+        if self.summary.get("interrupted", True):
+            return EXIT_INTERRUPTED
+        failed = any(str(row["status"]).startswith(FAILED) for row in self._rows.values())
+        return EXIT_FAILED if failed else EXIT_OK
+
+    def __repr__(self) -> str:
+        statuses = [str(row["status"]).partition(":")[0] for row in self._rows.values()]
+        counts = ", ".join(f"{statuses.count(name)} {name}" for name in sorted(set(statuses)))
+        found = spreads(self._rows.values()).get("return")
+        row = self._best_row()
+        parts = [f"{self.summary.get('task', '?')} {self.summary.get('search', '?')}", f"trials: {counts or 'none'}"]
+        if found is not None:
+            parts.append(f"return {found}")
+        if row is not None:
+            parts.append(f"best {row['return']:.4f} (seed {row['seed']})")
+        return f"<Result {'; '.join(parts)}; {self.folder}>"
+
+
+class _Designs(Mapping[int, "CreasePattern"]):
+    """The designs of a run; each is made once, when it is first looked up."""
+
+    def __init__(self, folder: Path, seeds: list[int]) -> None:
+        self._folder, self._seeds = folder, seeds
+        self._made: dict[int, CreasePattern] = {}
+
+    def __getitem__(self, seed: int) -> CreasePattern:
+        if seed not in self._seeds:
+            raise KeyError(seed)
+        if seed not in self._made:
+            self._made[seed] = replay_design(self._folder / f"seed={seed}")
+        return self._made[seed]
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(self._seeds)
+
+    def __len__(self) -> int:
+        return len(self._seeds)
+
+    def __repr__(self) -> str:
+        return f"<designs of seeds {', '.join(map(str, self._seeds)) or 'none'}>"
+
+
+def load(folder: str | os.PathLike[str]) -> Result:
+    """The result of a run, from its folder; of an unfinished one, what there is.
+
+    Raises
+    ------
+    InputError
+        If it is not the folder of a run.
+    """
+    path = Path(folder).expanduser().absolute()
+    if not (path / "config.yaml").is_file():
+        raise InputError("folder", folder, "must be the folder of a run, there is no config.yaml in it")
+    return Result(path)
+
+
+def replay_design(trial: Path) -> CreasePattern:
+    """The design of one trial, from its ``seed=N`` folder: its actions are played again, each of them checked.
+
+    Raises
+    ------
+    InputError
+        If actions.json is missing or damaged, or the game of this version does not allow its actions.
+    """
+    from origami_lab.export.fold import read_fold
+    from origami_lab.game.game import Game
+
+    file = trial / "actions.json"
+    try:
+        saved = json.loads(file.read_text(encoding="utf-8"))
+        settings, start = dict(saved["game"]), dict(saved["game"]["start"])
+        settings["start"] = locate("start", start.pop("_target_"))(**start)
+        if settings.get("capacity") is None:  # the game's own default
+            settings.pop("capacity", None)
+        facts = read_fold(trial / "best.fold").metadata
+        return Game(**settings).design(saved["actions"], saved["angle"], facts)
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        if isinstance(error, InputError):
+            raise
+        lines = str(error).splitlines() or [""]
+        raise InputError(str(file), type(error).__name__, f"cannot be replayed: {lines[0]}") from error

@@ -1,0 +1,62 @@
+"""The documentation runs: every block of Python, and the files and commands of the pages that have some."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from origami_lab.cli import main
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+FILE = re.compile(r"\A(?:# @package \S+\n)?# (\S+\.(?:py|yaml))\n")
+FAST = ("seed=0", "tracking=none", "verbosity=quiet")
+
+
+def blocks(page: Path) -> list[tuple[int, str, str]]:
+    """Line, language and text of each fenced block."""
+    text = page.read_text(encoding="utf-8")
+    return [(text.count("\n", 0, found.start()) + 1, found[1], found[2]) for found in BLOCK.finditer(text)]
+
+
+PROGRAMS = [page for page in PAGES if any(language == "python" for _, language, _ in blocks(page))]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", PROGRAMS, ids=[page.name for page in PROGRAMS])
+def test_what_a_page_shows_works(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    known = set(sys.modules)
+    names: dict[str, Any] = {"__name__": "documentation"}
+    ran = 0
+    for line, language, text in blocks(page):
+        if language in ("python", "yaml") and (file := FILE.match(text)):
+            Path(file[1]).parent.mkdir(parents=True, exist_ok=True)
+            Path(file[1]).write_text(text, encoding="utf-8")
+        elif language == "python":
+            exec(compile("\n" * line + text, str(page), "exec"), names)
+            ran += 1
+        elif page.name == "own-parts.md":
+            for command in (command for command in text.splitlines() if command.startswith("origami-lab ")):
+                assert main([*shlex.split(command)[1:], *FAST]) == 0, command
+                ran += 1
+    for name in set(sys.modules) - known:  # the page's own modules are no one else's
+        if str(getattr(sys.modules[name], "__file__", "")).startswith(str(tmp_path)):
+            del sys.modules[name]
+    assert ran > 0
+
+
+def test_the_pages_with_programs_are_found() -> None:
+    assert {"README.md", "python.md", "own-parts.md"} <= {page.name for page in PROGRAMS}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=[page.name for page in PAGES])
+def test_links_lead_somewhere(page: Path) -> None:
+    for link in re.findall(r"\]\(([^)#:]+)\)", page.read_text(encoding="utf-8")):
+        assert (page.parent / link).exists(), link
