@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
@@ -14,8 +15,8 @@ from origami_lab.experiment.note import held, read_note
 from origami_lab.experiment.settings import Settings, read_settings
 from origami_lab.experiment.stores import RefusedError, StoreError, absolute_uri, check_store, default_uri, explain
 
-ARTIFACTS = ("mlartifacts", "mlruns")
-"""Folders of MLflow's own; they hold copies of run folders' files."""
+_NOT_OURS = re.compile(r"\.|[0-9a-f]{32}$")
+"""Hidden folders, and MLflow's own for its runs, which hold copies of a run folder's files."""
 
 
 def find_runs(directory: Path) -> Iterator[Path]:
@@ -33,7 +34,7 @@ def find_runs(directory: Path) -> Iterator[Path]:
             folders.clear()
             yield Path(place)
         else:
-            folders[:] = sorted(name for name in folders if name not in ARTIFACTS and not name.startswith("."))
+            folders[:] = sorted(name for name in folders if not _NOT_OURS.match(name))
     if not found:
         raise InputError("--sync", directory, "there is no run folder at or below it (config.yaml and trials.csv)")
 
