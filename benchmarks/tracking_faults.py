@@ -196,7 +196,7 @@ def refused(folder: Path) -> Iterator[tuple[str, Outcome]]:
 
 
 def unroutable(folder: Path) -> Iterator[tuple[str, Outcome]]:
-    yield "unroutable address", origami_lab(folder, *RUN, *SHORT, "tracking.uri=http://[fd00::1]:5000")
+    yield "unroutable address", origami_lab(folder, *RUN, *SHORT, "tracking.uri='http://[fd00::1]:5000'")
 
 
 def unknown_host(folder: Path) -> Iterator[tuple[str, Outcome]]:
@@ -212,12 +212,12 @@ def interrupted(folder: Path) -> Iterator[tuple[str, Outcome]]:
     def during(process: subprocess.Popen[str]) -> None:
         while process.poll() is None and not (folder / "out/summary.json").is_file():
             time.sleep(0.1)
-        time.sleep(2.0)
+        time.sleep(8.0)  # the workers have left
         process.send_signal(signal.SIGINT)
 
     with http_server(reply_late) as uri:
         yield (
-            "answers after 30 s, and Ctrl-C 2 s after the last trial",
+            "answers after 30 s, and Ctrl-C while it is waited for",
             origami_lab(folder, *RUN, *SHORT, f"tracking.uri={uri}", during=during),
         )
 

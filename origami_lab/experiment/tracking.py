@@ -28,6 +28,8 @@ PATIENCE_SECONDS = 60.0
 """How long the end of an experiment waits for a slow store."""
 SHORT_PATIENCE_SECONDS = 20.0
 """How long it waits for one that failed before: it gets one more chance."""
+QUIET_SECONDS = 3.0
+"""How long it waits without a word."""
 
 Say = Callable[[str], None]
 
@@ -111,8 +113,8 @@ class MlflowTracker:
         deadline = time.monotonic() + patience
         interrupted = False
         try:
-            self._listener.join(min(3.0, patience))
-            if self._listener.is_alive():
+            self._listener.join(min(QUIET_SECONDS, patience))
+            if self._listener.is_alive() and patience > QUIET_SECONDS:
                 self._say(f"writing to {shown(self._uri)} ... (Ctrl-C leaves it)")
                 self._listener.join(max(deadline - time.monotonic(), 0.0))
         except KeyboardInterrupt:
