@@ -19,21 +19,19 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing
 from dataclasses import dataclass, field
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from http.server import BaseHTTPRequestHandler
 from pathlib import Path
 
+from benchmarks.faulty_servers import ENVIRONMENT, MlflowServer, free_port, http_server, reply, reply_late
 from origami_lab.experiment.stores import create_database, open_client
 from origami_lab.reporting.tables import read_trials
 
-ROOT = Path(__file__).resolve().parent.parent
 RUN = ("target=pyramid", "search=rdm", "workers=1", "verbosity=quiet", "output=out")
 SHORT = ("budget=400", "seed=0..1")
 LONG = ("budget=60000", "seed=0..3")
 """Long enough for something to happen between its trials."""
-ENVIRONMENT = {name: value for name, value in os.environ.items() if not name.lower().endswith("_proxy")}
-ENVIRONMENT |= {"PYTHONPATH": str(ROOT), "COLUMNS": "200"}
 
 
 @dataclass
@@ -48,14 +46,14 @@ class Outcome:
 
 
 def origami_lab(
-    folder: Path, *arguments: str, during: Callable[[subprocess.Popen[str]], None] | None = None, **options: object
+    folder: Path, *arguments: str, during: Callable[[subprocess.Popen[str]], None] | None = None
 ) -> Outcome:
     """Run the command in a folder, and something else beside it."""
     command = [sys.executable, "-m", "origami_lab", *arguments]
     began = time.monotonic()
     process = subprocess.Popen(
-        command, cwd=folder, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options
-    )  # type: ignore[call-overload]
+        command, cwd=folder, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
     if during is not None:
         during(process)
     out, err = process.communicate(timeout=600)
@@ -82,12 +80,6 @@ def tracked(uri: str) -> str:
     return f"parent {', '.join(parents) or 'none'}; children: {', '.join(children) or 'none'}"
 
 
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
-
-
 def after_first_trial(folder: Path, action: Callable[[], None]) -> Callable[[subprocess.Popen[str]], None]:
     """Do something when one trial is tracked, while the others run."""
 
@@ -98,89 +90,6 @@ def after_first_trial(folder: Path, action: Callable[[], None]) -> Callable[[sub
         action()
 
     return during
-
-
-# --- servers ---
-
-
-@contextmanager
-def http_server(answer: Callable[[BaseHTTPRequestHandler], None]) -> Iterator[str]:
-    """A server that answers every request in its own way."""
-
-    class Handler(BaseHTTPRequestHandler):
-        def do_GET(self) -> None:
-            answer(self)
-
-        def log_message(self, *_: object) -> None: ...
-
-        do_POST = do_PUT = do_PATCH = do_GET  # noqa: N815
-
-    server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-    server.daemon_threads = True
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    try:
-        yield f"http://127.0.0.1:{server.server_port}"
-    finally:
-        server.shutdown()
-
-
-def reply(handler: BaseHTTPRequestHandler, code: int, text: str) -> None:
-    handler.send_response(code)
-    handler.end_headers()
-    handler.wfile.write(text.encode())
-
-
-def reply_late(handler: BaseHTTPRequestHandler) -> None:
-    time.sleep(30)
-    with suppress(OSError):
-        reply(handler, 200, "{}")
-
-
-class MlflowServer:
-    """A real one, that can be killed and come back."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder, self.port = folder, free_port()
-        self.uri = f"http://127.0.0.1:{self.port}"
-        folder.mkdir()
-        create_database(folder / "server.db")
-        self.start()
-
-    def start(self) -> None:
-        command = [
-            sys.executable,
-            "-m",
-            "mlflow",
-            "server",
-            "--backend-store-uri",
-            f"sqlite:///{self.folder}/server.db",
-        ]
-        command += [
-            "--artifacts-destination",
-            str(self.folder / "artifacts"),
-            "--workers",
-            "1",
-            "--port",
-            str(self.port),
-        ]
-        environment = {**ENVIRONMENT, "MLFLOW_SERVER_ENABLE_JOB_EXECUTION": "false"}
-        self.process = subprocess.Popen(
-            command,
-            env=environment,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            start_new_session=True,
-        )
-        while True:
-            try:
-                with socket.create_connection(("127.0.0.1", self.port), timeout=1.0):
-                    return
-            except OSError:
-                time.sleep(0.2)
-
-    def kill(self) -> None:
-        os.killpg(self.process.pid, signal.SIGKILL)
-        self.process.wait()
 
 
 # --- what goes wrong ---

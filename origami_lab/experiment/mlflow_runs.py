@@ -21,8 +21,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from origami_lab.experiment.folder import RunFolder, flatten
-from origami_lab.experiment.note import read_note, write_note
+from origami_lab.experiment.folder import flatten
+from origami_lab.experiment.note import read_note, rows_of, summary_of, write_note
 from origami_lab.experiment.seeds import format_seeds
 from origami_lab.experiment.settings import Settings
 from origami_lab.experiment.stores import (
@@ -42,8 +42,6 @@ from origami_lab.reporting.tables import (
     STOPPED,
     Row,
     best_row,
-    read_trials,
-    spent_budget,
     spreads,
 )
 
@@ -118,7 +116,7 @@ class Runs:
         StoreError
             If the store does not answer; RefusedError, after all others were added, if a trial could not be added.
         """
-        rows = _rows(self.folder)
+        rows = rows_of(self.folder)
         added, failure = 0, None
         with self._in_plain_words():
             if self.unsure:
@@ -237,7 +235,7 @@ class Runs:
 
     def _end_parent(self, run: str, rows: Mapping[int, Row]) -> bool:
         """Log the experiment's figures, table and best pictures on the parent and end it; whether that was to do."""
-        summary = _summary(self.folder)
+        summary = summary_of(self.folder)
         whole = all(seed in rows and rows[seed]["status"] != STOPPED for seed in self.settings.seeds)
         content = _digest({"rows": dict(rows), "summary": summary})
         if self.parent == _Logged(run, content):
@@ -331,25 +329,6 @@ class Runs:
             if cause_of(str(error), self.uri) is None:
                 raise
             raise StoreError(explain(error, self.uri)) from error
-
-
-def _rows(folder: Path) -> dict[int, Row]:
-    """The trials on disk by seed. Those that failed are in the table only, beside what was saved when stopped."""
-    results = RunFolder(folder).rows()
-    table = folder / "trials.csv"
-    rows: dict[int, Row] = dict(results)
-    for row in read_trials(table) if table.is_file() else []:
-        if str(row["status"]).startswith(FAILED) and not spent_budget(results.get(row["seed"], {})):
-            rows[row["seed"]] = row
-    return rows
-
-
-def _summary(folder: Path) -> dict[str, Any]:
-    try:
-        content = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return {}
-    return content if isinstance(content, dict) else {}
 
 
 def _digest(content: Mapping[Any, Any]) -> str:

@@ -1,4 +1,4 @@
-"""What tracking leaves in a run folder, ``tracking.json``, and who may push the folder."""
+"""A run folder as tracking sees it: what was recorded, what is noted in ``tracking.json``, and who may push it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from origami_lab.experiment.folder import write_atomically
+from origami_lab.experiment.folder import RunFolder, write_atomically
+from origami_lab.reporting.tables import FAILED, Row, read_trials, spent_budget
 
 NOTE = "tracking.json"
 
@@ -47,3 +48,23 @@ def held(folder: Path, wait: bool) -> Iterator[bool]:
             yield True
     finally:
         os.close(descriptor)
+
+
+def rows_of(folder: Path) -> dict[int, Row]:
+    """The trials on disk by seed. Those that failed are in the table only, beside what was saved when stopped."""
+    results = RunFolder(folder).rows()
+    table = folder / "trials.csv"
+    rows: dict[int, Row] = dict(results)
+    for row in read_trials(table) if table.is_file() else []:
+        if str(row["status"]).startswith(FAILED) and not spent_budget(results.get(row["seed"], {})):
+            rows[row["seed"]] = row
+    return rows
+
+
+def summary_of(folder: Path) -> dict[str, Any]:
+    """The contents of summary.json; {} if there is none."""
+    try:
+        content = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return content if isinstance(content, dict) else {}
