@@ -22,8 +22,8 @@ from origami_lab.experiment.note import held
 from origami_lab.experiment.stores import explain
 from origami_lab.experiment.sync import read_run
 
-NICE = 10
-"""Trials go first."""
+NICE = 5
+"""Trials go first; more would starve it on a machine that others keep busy."""
 PAUSE_SECONDS = 2.0
 
 
