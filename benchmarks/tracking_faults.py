@@ -18,6 +18,7 @@ import sys
 import tempfile
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import dataclass, field
@@ -326,7 +327,8 @@ def eight_at_once(folder: Path) -> Iterator[tuple[str, Outcome]]:
     ]
     errors = [process.communicate(timeout=600)[1] for process in processes]
     codes = {process.returncode for process in processes}
-    lines = [line for text in errors for line in text.splitlines() if line.strip() and "are on disk" not in line]
+    said = Counter(line for text in errors for line in text.splitlines() if line.strip())
+    lines = [f"{number} times: {line}" for line, number in said.items() if "are on disk" not in line]
     whole = len(list(folder.glob("runs/*/seed=*/best.fold")))
     run = Outcome(max(codes), time.monotonic() - began, lines, f"{whole} of 8 trials")
     run.notes.append(f"store: {tracked(f'sqlite:///{folder}/results/mlflow.db')}")

@@ -159,8 +159,8 @@ def probe(uri: str) -> None:
 
 
 def explain(error: Exception, uri: str) -> str:
-    """Say what is wrong with a store, in one line; starts with its name."""
-    if isinstance(error, StoreError):
+    """Say in one line what is wrong, most often with the store; then it starts with its name."""
+    if isinstance(error, StoreError | InputError):
         return str(error)
     return f"{shown(uri)} {cause_of(str(error), uri) or f'failed: {_first_line(error)}'}"
 

@@ -102,7 +102,7 @@ def sync(
             if isinstance(error, StoreError) and not isinstance(error, RefusedError) and store is not None:
                 dead[store] = str(error)
             failed += 1
-            complain(f"{folder}: {error if isinstance(error, InputError) else explain(error, store or '')}")
+            complain(f"{folder}: {explain(error, store or '')}")
             continue
         stores.add(store)
         say(f"{folder}: " + ("already there" if added < 0 else f"{added} trial{'' if added == 1 else 's'} pushed"))

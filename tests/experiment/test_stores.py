@@ -106,17 +106,35 @@ def test_one_process_at_a_time_pushes_a_folder(tmp_path: Path) -> None:
         assert again
 
 
-def test_the_end_waits_no_longer_than_it_may_for_a_server_that_never_answers(tmp_path: Path) -> None:
+@pytest.mark.skipif(sys.platform == "win32", reason="the stand-in is a shell script")
+def test_the_end_waits_no_longer_than_it_may(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    hangs = tmp_path / "hangs"
+    hangs.write_text("#!/bin/sh\nexec sleep 600\n")
+    hangs.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(hangs))
     said: list[str] = []
-    with socket.socket() as listening:
-        listening.bind(("127.0.0.1", 0))
-        listening.listen()
-        tracker = MlflowTracker(tmp_path, f"http://127.0.0.1:{listening.getsockname()[1]}", said.append)
-        tracker.trial({"seed": 0, "status": "ok"})
-        tracker.finish({}, patience=0.5)
+    tracker = MlflowTracker(tmp_path, "http://host", said.append)
+    tracker.trial({"seed": 0, "status": "ok"})
+    tracker.finish({}, patience=0.5)
     assert tracker._process is not None
     assert tracker._process.returncode is not None
     (line,) = said
-    assert line.startswith("warning: tracking: the server http://127.0.0.1:")
+    assert line.startswith("warning: tracking: the server http://host did not take everything")
     assert "0 of 1 trials" in line
     assert line.endswith(f"origami-lab dashboard --sync {tmp_path}")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="the stand-in is a shell script")
+def test_a_tracking_process_that_crashes_costs_a_warning(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    crashes = tmp_path / "crashes"
+    crashes.write_text("#!/bin/sh\nexit 3\n")
+    crashes.chmod(0o755)
+    for name, reason in (("crashes", "ended by itself"), ("nothing", "could not be started")):
+        monkeypatch.setattr(sys, "executable", str(tmp_path / name))
+        said: list[str] = []
+        tracker = MlflowTracker(tmp_path, "http://host", said.append)
+        tracker.trial({"seed": 0, "status": "ok"})
+        tracker.finish({})
+        (line,) = said
+        assert line.startswith("warning: tracking: the process for MLflow ")
+        assert reason in line
