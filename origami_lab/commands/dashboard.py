@@ -1,29 +1,64 @@
-"""`origami-lab dashboard`: the MLflow user interface on the right store."""
+"""`origami-lab dashboard`: the MLflow user interface on the right store, and pushing run folders to it."""
 
 from __future__ import annotations
 
 import argparse
+import shlex
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Serve the store until Ctrl-C; returns the exit code."""
+    """Serve the store until Ctrl-C, or push run folders to theirs; returns the exit code."""
     parser = argparse.ArgumentParser("origami-lab dashboard", description="Open the results in MLflow's pages.")
     parser.add_argument("directory", nargs="?", default=".", help="where results/mlflow.db is (default: here)")
     parser.add_argument("--uri", help="any MLflow store instead, e.g. sqlite:///other.db")
     parser.add_argument("--host", default="127.0.0.1", help="address to listen on (default: this machine only)")
     parser.add_argument("--port", type=int, default=5000, help="port to listen on (default: 5000)")
+    parser.add_argument(
+        "--sync",
+        nargs="+",
+        metavar="DIR",
+        help="push what the store does not have yet of all runs at or below DIR, and serve nothing",
+    )
     try:
         options = parser.parse_args(arguments)
     except SystemExit as ended:
         return int(ended.code or 0)
+    if options.sync:
+        return _sync([Path(name) for name in options.sync], options.uri)
     from origami_lab.experiment.dashboard import check_port, find_store, serve_dashboard
+    from origami_lab.experiment.stores import SERVERS, shown, sqlite_file
 
-    store = find_store(options.uri, Path(options.directory))
+    directory = Path(options.directory)
+    store = find_store(options.uri, directory)
     check_port(options.host, options.port)
-    if store.startswith(("http:", "https:")):
+    if store.startswith(SERVERS):
         print(f"the store is a server: {store}")
         return 0
-    print(f"starting MLflow on {store} ...", flush=True)
-    return serve_dashboard(store, options.host, options.port, lambda line: print(line, flush=True))
+    file = sqlite_file(store)
+    above = options.uri is None and file is not None and not file.is_relative_to(directory.absolute())
+    where = f"; there is none in {directory.absolute()}" if above else ""
+    print(f"starting MLflow on {shown(store)}{where} ...", flush=True)
+    code, reason = serve_dashboard(store, options.host, options.port, lambda line: print(line, flush=True))
+    if reason:
+        print(f"error: {reason}", file=sys.stderr)
+    return code
+
+
+def _sync(directories: Sequence[Path], uri: str | None) -> int:
+    from origami_lab.experiment.stores import SERVERS, default_uri
+    from origami_lab.experiment.sync import sync
+
+    failed, stores = sync(
+        directories,
+        uri,
+        lambda line: print(line, flush=True),
+        lambda line: print(f"error: {line}", file=sys.stderr, flush=True),
+    )
+    for store in sorted(stores):
+        option = "" if store == default_uri() else f" --uri {shlex.quote(store)}"
+        where = store if store.startswith(SERVERS) else f"origami-lab dashboard{option}"
+        print(f"to look at it: {where}")
+    return 1 if failed else 0

@@ -7,18 +7,27 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 from origami_lab.errors import InputError
-from origami_lab.experiment.tracking import DEFAULT_STORE
+from origami_lab.experiment.stores import (
+    DEFAULT_STORE,
+    QUIET,
+    StoreError,
+    cause_of,
+    check_store,
+    probe,
+    shown,
+    sqlite_file,
+)
 
-LIGHT = {
-    "MLFLOW_DISABLE_TELEMETRY": "true",
-    "MLFLOW_SERVER_ENABLE_JOB_EXECUTION": "false",
-    "PYTHONWARNINGS": "ignore",
-}
+ENDING = (signal.SIGINT, signal.SIGTERM)
+
+LIGHT = {**QUIET, "MLFLOW_SERVER_ENABLE_JOB_EXECUTION": "false", "PYTHONWARNINGS": "ignore", "PYTHONSAFEPATH": "1"}
+"""Environment of the server."""
 
 
 def find_store(uri: str | None, directory: Path) -> str:
@@ -37,15 +46,18 @@ def find_store(uri: str | None, directory: Path) -> str:
         If the store does not exist.
     """
     if uri is not None:
-        database = Path(uri.removeprefix("sqlite:///"))
-        if uri.startswith("sqlite:///") and not database.is_file():
+        check_store(uri, "--uri")
+        database = sqlite_file(uri)
+        if database is not None and not database.is_file():
             raise InputError("--uri", uri, "there is no such file")
         return uri
     directory = directory.absolute()
     for place in (directory, *directory.parents):
         for database in (place / DEFAULT_STORE, place / DEFAULT_STORE.name):
             if database.is_file():
-                return f"sqlite:///{database}"
+                found = f"sqlite:///{database}"
+                check_store(found, "directory")
+                return found
     raise InputError(
         "directory", directory, f"there is no {DEFAULT_STORE} in it; run an experiment first, or give --uri"
     )
@@ -63,36 +75,49 @@ def check_port(host: str, port: int) -> None:
         raise InputError("--port", port, f"cannot be used on {host} ({error.strerror or error})") from error
 
 
-def serve_dashboard(store: str, host: str, port: int, say: Callable[[str], None]) -> int:
-    """Run the server until Ctrl-C and say when it answers; returns the exit code."""
-    command = [sys.executable, "-m", "mlflow", "server", "--backend-store-uri", store]
-    command += [
-        "--host",
-        host,
-        "--port",
-        str(port),
-        "--workers",
-        "1",
-        "--uvicorn-opts",
-        "--log-level warning",
-    ]
-    if store.startswith("sqlite:///"):
-        root = Path(store.removeprefix("sqlite:///")).parent / "mlartifacts"
-        command += ["--default-artifact-root", root.as_uri()]
-    # a session of its own: Ctrl-C reaches us only, and we end all of it
-    server = subprocess.Popen(command, env={**os.environ, **LIGHT}, start_new_session=True)
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+def serve_dashboard(store: str, host: str, port: int, say: Callable[[str], None]) -> tuple[int, str | None]:
+    """Run the server until Ctrl-C and say when it answers.
+
+    Returns
+    -------
+    The exit code, and in one line why the server ended if it did so by itself.
+    """
     try:
-        while server.poll() is None and not _answers(host, port):
-            time.sleep(0.2)
-        if server.poll() is None:
-            say(f"http://{host}:{port}  (Ctrl-C ends it)")
-        return server.wait()
-    except KeyboardInterrupt:
-        _end(server)
-        return 0
-    finally:
-        signal.signal(signal.SIGTERM, before)
+        probe(store)
+    except StoreError as error:
+        return 1, str(error)
+    command = [sys.executable, "-m", "mlflow", "server", "--backend-store-uri", store]
+    command += ["--host", host, "--port", str(port), "--workers", "1", "--uvicorn-opts", "--log-level warning"]
+    if (file := sqlite_file(store)) is not None:
+        command += ["--default-artifact-root", (file.absolute().parent / "mlartifacts").as_uri()]
+    with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as output:
+        # a session of its own: Ctrl-C reaches us only, and we end all of it
+        server = subprocess.Popen(
+            command, env={**os.environ, **LIGHT}, stdout=output, stderr=output, start_new_session=True
+        )
+        before = {number: signal.signal(number, signal.default_int_handler) for number in ENDING}
+        try:
+            while server.poll() is None and not _answers(host, port):
+                time.sleep(0.2)
+            if server.poll() is None:
+                say(f"http://{host}:{port}  (Ctrl-C ends it)")
+            code = server.wait()
+            output.seek(0)
+            return code or 1, _reason(output.read(), store)
+        except KeyboardInterrupt:
+            return 0, None
+        finally:
+            _end(server)
+            for number, handler in before.items():
+                signal.signal(number, handler)
+
+
+def _reason(output: str, store: str) -> str:
+    """Why the server ended, from what it printed."""
+    if cause := cause_of(output, store):
+        return f"{shown(store)} {cause}"
+    lines = [line.strip() for line in output.splitlines() if line.strip()]
+    return f"MLflow's server ended{': ' + lines[-1] if lines else ''}"[:300]
 
 
 def _answers(host: str, port: int) -> bool:

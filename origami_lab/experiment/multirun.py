@@ -13,6 +13,7 @@ from omegaconf import DictConfig, open_dict
 
 from origami_lab.experiment.build import build_parts
 from origami_lab.experiment.settings import read_settings
+from origami_lab.experiment.tracking import check_tracking
 
 
 class RefusedJobs(BaseException):
@@ -34,7 +35,9 @@ class CheckJobs(Callback):
                 for job in batch:
                     composed = compose(name, overrides=job, return_hydra_config=True)
                     HydraConfig.instance().set_config(composed)
-                    build_parts(read_settings(without_hydra(composed)))
+                    settings = read_settings(without_hydra(composed))
+                    check_tracking(settings)
+                    build_parts(settings)
         except Exception as error:
             raise RefusedJobs(error) from error
 

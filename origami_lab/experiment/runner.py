@@ -23,7 +23,7 @@ from origami_lab.experiment.pool import Event, Pool
 from origami_lab.experiment.progress import Display, make_display
 from origami_lab.experiment.seeds import format_seeds
 from origami_lab.experiment.settings import Settings
-from origami_lab.experiment.tracking import Tracker, make_tracker
+from origami_lab.experiment.tracking import Tracker, check_tracking, make_tracker
 from origami_lab.experiment.trial import Progress
 from origami_lab.experiment.worker import Failed, Finished
 from origami_lab.reporting.tables import FAILED, Row, best_row, spent_budget, spreads
@@ -64,6 +64,7 @@ def run_experiment(settings: Settings, console: Console, command: Sequence[str] 
     """
     with _signals() as signals, Pool(settings) as pool:
         # the workers import while the parent checks its input
+        check_tracking(settings)
         target = build_parts(settings).target
         if signals:
             raise KeyboardInterrupt

@@ -13,7 +13,7 @@ import pytest
 
 from origami_lab.errors import InputError
 from origami_lab.experiment.dashboard import find_store
-from origami_lab.experiment.tracking import create_database, open_client
+from origami_lab.experiment.stores import create_database, open_client
 from origami_lab.reporting.tables import read_trials
 from tests.experiment.conftest import SMALL, run
 

@@ -1,0 +1,339 @@
+"""The MLflow runs of one run folder: the parent, and a child for each seed.
+
+:meth:`Runs.push` brings a store up to date with the folder, and is the only thing that writes to one: while the
+trials run, at the end, on resume and for ``dashboard --sync``. It looks at what the store has before it adds to it:
+a run bears the folder's key and a digest of what was logged, and counts as there if it also has ended. What does
+not count is deleted and made anew. So nothing is there twice, wherever the last push was cut off.
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import json
+import math
+import time
+import uuid
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from origami_lab.experiment.folder import flatten
+from origami_lab.experiment.note import read_note, rows_of, summary_of, write_note
+from origami_lab.experiment.seeds import format_seeds
+from origami_lab.experiment.settings import Settings
+from origami_lab.experiment.stores import (
+    RefusedError,
+    StoreError,
+    absolute_uri,
+    cause_of,
+    explain,
+    open_client,
+    probe,
+    sqlite_file,
+)
+from origami_lab.reporting.tables import (
+    FAILED,
+    NO_DESIGN,
+    OK,
+    STOPPED,
+    Row,
+    best_row,
+    spreads,
+)
+
+if TYPE_CHECKING:
+    from mlflow.entities import Metric, Run
+
+BATCH = 900
+"""Metrics a call: MLflow's limit is 1000 items."""
+PARAMS = 100
+FOLDER_ARTIFACTS = ("config.yaml", "trials.csv", "summary.json")
+PICTURES = ("pattern.png", "folded.png", "motion.gif")
+KEY, CONTENT, PARENT = "run_key", "content", "mlflow.parentRunId"
+"""Tags: which run folder a run belongs to, a digest of what was logged, and MLflow's own for a child's parent."""
+
+
+@dataclass(frozen=True)
+class _Logged:
+    """A run in the store."""
+
+    run: str
+    content: str | None
+    """The digest of what was logged; None while the run has not ended."""
+
+
+class Runs:
+    """A run folder and its runs in one store.
+
+    Parameters
+    ----------
+    keep
+        The store that the folder notes already stays noted: this one gets a copy.
+
+    Raises
+    ------
+    StoreError
+        If the store does not answer.
+    """
+
+    def __init__(self, settings: Settings, folder: Path, uri: str, keep: bool = False) -> None:
+        self.settings, self.folder, self.uri = settings, folder, uri
+        self.parent: _Logged | None = None
+        self.children: defaultdict[int, list[_Logged]] = defaultdict(list)
+        self.unsure = True
+        """Whether the store may hold something else than noted here."""
+        with self._in_plain_words():
+            probe(uri)
+            note = read_note(folder)
+            self.key = str(note.get("key") or uuid.uuid4().hex)
+            known = note.get("uri") if keep and note.get("key") else None
+            changed = {"key": self.key, "uri": known or absolute_uri(uri)}
+            if changed != note:
+                write_note(folder, changed)
+            self.client = open_client(uri)
+            self.experiment = self._experiment(str(settings.tracking.get("experiment") or settings.task))
+
+    def push(self, live: bool, pushed: Callable[[int], None] = lambda seed: None) -> int:
+        """Add what the store does not have yet.
+
+        Parameters
+        ----------
+        live
+            The trials still run: the parent is left running, and stopped trials, which will run again, wait.
+        pushed
+            Called for each trial that was added.
+
+        Returns
+        -------
+        How many trials were added, or −1 if there was nothing to do at all.
+
+        Raises
+        ------
+        StoreError
+            If the store does not answer; RefusedError, after all others were added, if a trial could not be added.
+        """
+        rows = rows_of(self.folder)
+        added, failure = 0, None
+        with self._in_plain_words():
+            if self.unsure:
+                self._look()
+            parent = self._take_up_parent(live)
+        for seed, row in sorted(rows.items()):
+            if live and row["status"] == STOPPED:
+                continue
+            try:
+                with self._in_plain_words():
+                    if self._push_trial(parent, seed, row):
+                        added += 1
+                        pushed(seed)
+            except StoreError:
+                raise
+            except Exception as error:  # this trial's own trouble is none of the others'
+                self.unsure = True
+                failure = RefusedError(f"seed {seed} could not be added: {explain(error, self.uri)}")
+        if not live:
+            with self._in_plain_words():
+                ended = self._end_parent(parent, rows)
+            added = added or (0 if ended else -1)
+        if failure is not None:
+            raise failure
+        return added
+
+    # --- what is there ---
+
+    def _look(self) -> None:
+        """Find the parent and the children by seed; superfluous parents are deleted."""
+        found: list[Run] = []
+        token = None
+        while token is None or token:
+            page = self.client.search_runs([self.experiment], f"tags.{KEY} = '{self.key}'", page_token=token)
+            found += list(page)
+            token = page.token or ""
+        parents = [run for run in found if PARENT not in run.data.tags]
+        children = [run for run in found if PARENT in run.data.tags]
+        used = {run.data.tags[PARENT] for run in children}
+        # the answer to a request may be lost, and then there are two
+        parents.sort(key=lambda run: (run.info.run_id not in used, run.info.start_time))
+        for superfluous in parents[1:]:
+            self.client.delete_run(superfluous.info.run_id)
+        self.parent = _logged(parents[0]) if parents else None
+        self.children.clear()
+        for run in children:
+            self.children[int(run.data.tags["seed"])].append(_logged(run))
+        self.unsure = False
+
+    def _experiment(self, name: str) -> str:
+        found = self.client.get_experiment_by_name(name)
+        if found is None:
+            file = sqlite_file(self.uri)
+            # beside the database, wherever the command runs
+            location = None if file is None else (file.absolute().parent / "mlartifacts" / name).as_uri()
+            tags = {"mlflow.experimentKind": "custom_model_development"}  # the dashboard opens on the runs
+            try:
+                return str(self.client.create_experiment(name, artifact_location=location, tags=tags))
+            except Exception:  # another run made it in the meantime
+                found = self.client.get_experiment_by_name(name)
+                if found is None:
+                    raise
+        if found.lifecycle_stage != "active":
+            raise RefusedError(f"the experiment {name} was deleted there; restore it, or give tracking.experiment=NAME")
+        return str(found.experiment_id)
+
+    # --- what is added ---
+
+    def _take_up_parent(self, live: bool) -> str:
+        if self.parent is None:
+            name = f"{self.settings.task} {self.settings.method}"
+            began = (self.folder / "config.yaml").stat().st_mtime
+            self.parent = _Logged(self._create(name, {}, self.settings.config, began), None)
+        elif live and self.parent.content is not None:
+            self.client.update_run(self.parent.run, status="RUNNING")
+            self.parent = _Logged(self.parent.run, None)
+        return self.parent.run
+
+    def _push_trial(self, parent: str, seed: int, row: Row) -> bool:
+        """Log one trial as a child run, unless it is there; whether it was not."""
+        from mlflow.entities import RunTag
+
+        content = _digest(dict(row))
+        there = [logged for logged in self.children[seed] if logged.content == content]
+        for logged in self.children[seed]:
+            if logged not in there[:1]:
+                self.client.delete_run(logged.run)
+        self.children[seed] = there[:1]
+        if there:
+            return False
+        path = self.folder / f"seed={seed}"
+        status = str(row["status"])
+        failed = status.startswith(FAILED)
+        error = self.folder / f"seed={seed}.error.txt"
+        source = path / "result.json" if not failed else error
+        ended = (source if source.is_file() else self.folder / "trials.csv").stat().st_mtime
+        tags = {PARENT: parent, "seed": str(seed), CONTENT: content}
+        config = {**self.settings.config, "seed": seed}
+        run = self._create(f"seed {seed}", tags, config, ended - float(row.get("seconds") or 0.0))
+        metrics = self._metrics({name: value for name, value in row.items() if name != "seed"}, ended)
+        if path.is_dir() and not failed:
+            metrics += self._curve(path / "curve.csv", ended)
+        tag = [RunTag("status", status)]
+        for first in range(0, max(len(metrics), 1), BATCH):
+            self.client.log_batch(run, metrics=metrics[first : first + BATCH], tags=tag)
+        if path.is_dir() and not failed:
+            self.client.log_artifacts(run, str(path))
+            # the viewer shows JSON, not .fold
+            self.client.log_text(run, (path / "best.fold").read_text(encoding="utf-8"), "best.fold.json")
+        elif error.is_file():
+            self.client.log_artifact(run, str(error))
+        ending = "FAILED" if failed else "KILLED" if status == STOPPED else "FINISHED"
+        self.client.set_terminated(run, ending, int(ended * 1000))
+        self.children[seed] = [_Logged(run, content)]
+        return True
+
+    def _end_parent(self, run: str, rows: Mapping[int, Row]) -> bool:
+        """Log the experiment's figures, table and best pictures on the parent and end it; whether that was to do."""
+        summary = summary_of(self.folder)
+        whole = all(seed in rows and rows[seed]["status"] != STOPPED for seed in self.settings.seeds)
+        content = _digest({"rows": dict(rows), "summary": summary})
+        if self.parent == _Logged(run, content):
+            return False
+        self._log_figures(run, rows, summary)
+        for name in FOLDER_ARTIFACTS:
+            if (self.folder / name).is_file():
+                self.client.log_artifact(run, str(self.folder / name))
+        best = best_row(rows.values())
+        if best is not None:
+            for name in PICTURES:
+                if (file := self.folder / f"seed={best['seed']}" / name).is_file():
+                    self.client.log_artifact(run, str(file), "best")
+        files = [self.folder / name for name in FOLDER_ARTIFACTS]
+        ended = max(file.stat().st_mtime for file in files if file.is_file())
+        self.client.set_tag(run, CONTENT, content)
+        self.client.set_terminated(run, "FINISHED" if whole else "KILLED", int(ended * 1000))
+        self.parent = _Logged(run, content)
+        return True
+
+    def _log_figures(self, run: str, rows: Mapping[int, Row], summary: Mapping[str, Any]) -> None:
+        """From the rows, because a run that was killed has no summary, or an old one."""
+        from mlflow.entities import RunTag
+
+        statuses = [str(row["status"]).partition(":")[0] for row in rows.values()]
+        figures: dict[str, Any] = {
+            "interactions": sum(int(row.get("interactions") or 0) for row in rows.values()),
+            "seconds": summary.get("seconds"),
+        }
+        for name, spread in spreads(rows.values()).items():
+            figures |= {f"{name}_mean": spread.mean, f"{name}_std": spread.std}
+        # all of them, so that none is left from before a resume
+        for name in (OK, NO_DESIGN, STOPPED, FAILED):
+            figures[f"trials_{name.replace(' ', '_')}"] = statuses.count(name)
+        best = best_row(rows.values())
+        if best is not None:
+            figures |= {"best_return": best["return"], "best_seed": best["seed"]}
+        tags = {"seeds": str(format_seeds(self.settings.seeds)), "command": str(summary.get("command", ""))}
+        self.client.log_batch(
+            run, metrics=self._metrics(figures, time.time()), tags=[RunTag(*item) for item in tags.items()]
+        )
+
+    # --- pieces ---
+
+    def _create(self, name: str, tags: Mapping[str, str], config: Mapping[str, Any], began: float) -> str:
+        from mlflow.entities import Param
+
+        settings = self.settings
+        tags = {
+            KEY: self.key,
+            "task": settings.task,
+            "search": settings.method,
+            "folder": str(self.folder.absolute()),
+            "seeds": str(format_seeds(settings.seeds)),
+            "mlflow.source.name": "origami-lab",
+            **tags,
+        }
+        start = int(began * 1000)
+        run = str(self.client.create_run(self.experiment, start, tags, name).info.run_id)
+        hidden = ("output", "resume", "verbosity", "tracking")
+        flat = flatten({key: value for key, value in config.items() if key not in hidden})
+        params = [Param(key, str(value)) for key, value in flat.items()]
+        for first in range(0, len(params), PARAMS):
+            self.client.log_batch(run, params=params[first : first + PARAMS])
+        return run
+
+    def _metrics(self, values: Mapping[str, Any], when: float) -> list[Metric]:
+        from mlflow.entities import Metric
+
+        numbers = {k: v for k, v in values.items() if isinstance(v, int | float) and math.isfinite(v)}
+        return [Metric(name, float(value), int(when * 1000), 0) for name, value in numbers.items()]
+
+    def _curve(self, path: Path, when: float) -> list[Metric]:
+        """The best return so far, with interactions as steps."""
+        from mlflow.entities import Metric
+
+        with path.open(newline="", encoding="utf-8") as file:
+            return [
+                Metric("best_return", float(row["return"]), int(when * 1000), int(row["interactions"]))
+                for row in csv.DictReader(file)
+            ]
+
+    @contextmanager
+    def _in_plain_words(self) -> Iterator[None]:
+        """What is wrong with the store, and not with what is written to it, becomes a StoreError."""
+        try:
+            yield
+        except StoreError:
+            raise
+        except Exception as error:
+            if cause_of(str(error), self.uri) is None:
+                raise
+            raise StoreError(explain(error, self.uri)) from error
+
+
+def _digest(content: Mapping[Any, Any]) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def _logged(run: Run) -> _Logged:
+    return _Logged(str(run.info.run_id), None if run.info.status == "RUNNING" else run.data.tags.get(CONTENT))
