@@ -30,7 +30,7 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
     """Compose the configuration and run one experiment, or several with ``-m``; returns the exit code."""
     import hydra
 
-    from origami_lab.experiment.configuration import CONFIG_NAME, config_dir, explain
+    from origami_lab.experiment.configuration import CONFIG_NAME, config_dir, explain, no_option
     from origami_lab.experiment.multirun import RefusedJobs
 
     codes: list[int] = []
@@ -68,7 +68,7 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
         except RefusedJobs as refused:
             raise explain(refused.error, overrides, known_keys) or refused.error from None
         except Exception as error:
-            raise explain(error, overrides, known_keys) or error from None
+            raise explain(error, overrides, known_keys) or no_option(overrides) or error from None
     if raised:
         raise raised[0]
     return max(codes, default=0)
@@ -110,10 +110,12 @@ def _run_one(config: DictConfig, arguments: Sequence[str]) -> tuple[int, float |
         print(f"error: {error}", file=sys.stderr)
         return EXIT_INPUT, None
     if settings.verbosity != "quiet" and experiment.rows:
-        from origami_lab.reporting.tables import summary_table
+        from origami_lab.reporting.tables import hint, summary_table
 
         title = f"{settings.task} · {settings.method} · {settings.budget:,} interactions a trial"
         console.print(summary_table(experiment.rows, title))
+        if advice := hint(experiment.rows):
+            console.print(advice, highlight=False, soft_wrap=True)
         if settings.tracking["kind"] == "mlflow":
             console.print("to look at it: origami-lab dashboard", highlight=False)
     console.print(str(experiment.folder), highlight=False, soft_wrap=True)
@@ -158,7 +160,7 @@ def known_keys() -> list[str]:
     from hydra import compose, initialize_config_dir
     from omegaconf import OmegaConf
 
-    from origami_lab.experiment.configuration import CONFIG_NAME, config_dir
+    from origami_lab.experiment.configuration import CONFIG_NAME, config_dir, groups
     from origami_lab.experiment.folder import flatten
 
     try:
@@ -167,5 +169,7 @@ def known_keys() -> list[str]:
     except Exception:
         return []
     assert isinstance(container, dict)
-    groups = [folder.name for folder in config_dir().iterdir() if folder.is_dir() and folder.name != "hydra"]
-    return [*groups, *flatten({str(key): value for key, value in container.items()})]
+    return [
+        *(group for group in groups() if group != "hydra"),
+        *flatten({str(key): value for key, value in container.items()}),
+    ]

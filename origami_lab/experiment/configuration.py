@@ -23,6 +23,11 @@ CONFIG_NAME = "config"
 _NOT_A_KEY = re.compile(r"Could not (?:override|delete)[^']* '([^']+)'")
 _TWICE = re.compile(r"Multiple values for (\S+?)\.")
 _AMBIGUOUS = re.compile(r"Ambiguous value for argument '([^=']+)=([^']*)'")
+_MERGED = re.compile(r"Error merging override (.*)")
+_MESH_FILE = re.compile(r".*\.(stl|obj|ply|off|glb|gltf)", re.IGNORECASE)
+
+_WITH_CLASSES = ("target", "objective", "search", "start")
+"""Groups whose options name a class, which may take more than its option's file says."""
 
 
 def config_dir() -> Path:
@@ -59,27 +64,53 @@ def explain(
     if isinstance(error, InputError):
         return error
     if isinstance(error, MissingConfigException):
-        return _missing(error)
+        return _missing(error, arguments)
     if isinstance(error, OverrideParseException):
         key, _, value = str(error.override).partition("=")
         return InputError(key, value, f"cannot be read: {_first_line(error.message)}; quote special characters")
     if isinstance(error, ConfigCompositionException | HydraException | OmegaConfBaseException):
         text = f"{error}\n{error.__cause__ or ''}"
         if found := _AMBIGUOUS.search(text):
-            key, value = found.groups()
-            return InputError(key, value, f"must be one value or a list, {key}=[{value}]; several runs need -m")
+            return _ambiguous(*found.groups())
         if found := _NOT_A_KEY.search(text):
             return _unknown(found.group(1), arguments, known_keys())
         if found := _TWICE.search(text):
             return InputError(found.group(1), "twice", "must be given once, without a +")
+        if (found := _MERGED.search(text)) and error.__cause__ is not None:
+            key, _, value = found.group(1).partition("=")
+            return InputError(key, value, f"cannot be set: {_first_line(str(error.__cause__))}")
         if isinstance(error, OmegaConfBaseException) and error.full_key:
             return InputError(error.full_key, "?", _first_line(str(error)))
         return InputError("configuration", "?", _first_line(text))
     return None
 
 
-def _missing(error: MissingConfigException) -> InputError:
+def groups() -> dict[str, Path]:
+    """The groups of the configuration and their folders."""
+    return {folder.name: folder for folder in sorted(config_dir().iterdir()) if folder.is_dir()}
+
+
+def no_option(arguments: Sequence[str]) -> InputError | None:
+    """What Hydra breaks on without naming it: a group whose option is no word."""
+    for argument in arguments:
+        key, _, value = argument.partition("=")
+        if key == "":
+            return InputError("", value, "must have a key before the =, as in budget=1000")
+        if key in groups() and re.fullmatch(r"(null|true|false|[-+.\d].*)?", value, re.IGNORECASE):
+            return InputError(key, value, f"must be one of {', '.join(_options(groups()[key]))}")
+    return None
+
+
+def _options(folder: Path) -> list[str]:
+    return sorted(file.stem for file in folder.glob("*.yaml"))
+
+
+def _missing(error: MissingConfigException, arguments: Sequence[str]) -> InputError:
     group, _, option = (error.missing_cfg_file or "configuration/?").rpartition("/")
+    for argument in arguments:
+        if argument.startswith("target=") and _MESH_FILE.fullmatch(argument):
+            value = argument.partition("=")[2]
+            return InputError("target", value, f"a mesh file is given as target=mesh target.path={value}")
     options = [name for name in error.options or [] if name]
     if not options:
         return InputError(group or "configuration", option, _first_line(str(error)))
@@ -88,11 +119,35 @@ def _missing(error: MissingConfigException) -> InputError:
     )
 
 
+def _ambiguous(key: str, value: str) -> InputError:
+    several = f"several runs, one for each, need -m: origami-lab -m {key}={value} ..."
+    if key in groups():
+        return InputError(key, value, f"must be one option; {several}")
+    return InputError(key, value, f"must be one value or a list, {key}=[{value}]; {several}")
+
+
 def _unknown(key: str, arguments: Sequence[str], known_keys: Iterable[str]) -> InputError:
     key = key.lstrip("+~")
     values = [text.partition("=")[2] for text in arguments if text.lstrip("+~").partition("=")[0] == key]
-    nearest = _nearest(key, sorted(set(known_keys)))
-    return InputError(key, values[-1] if values else "?", "there is no such key or group" + (nearest or "; see --help"))
+    value, known = values[-1] if values else "?", sorted(set(known_keys))
+    if f"~{key}" in arguments and key in known:
+        return InputError(f"~{key}", value, "cannot be left out")
+    group, _, name = key.partition(".")
+    if name and group in groups():
+        owners = [option for option in _options(groups()[group]) if _has_key(groups()[group] / f"{option}.yaml", name)]
+        if owners:
+            either = " or ".join(f"{group}={option}" for option in owners)
+            return InputError(key, value, f"is a key of {either} only: {group}={owners[0]} {key}={value}")
+    # part of the key itself is no suggestion
+    nearest = _nearest(key, [other for other in known if not key.startswith(f"{other}.")])
+    if not nearest and name and group in _WITH_CLASSES:
+        nearest = f"; +{key}={value} would hand it to the class that {group} names"
+    return InputError(key, value, "there is no such key or group" + (nearest or "; see --help"))
+
+
+def _has_key(file: Path, name: str) -> bool:
+    """Whether an option's file sets a key, at any depth."""
+    return re.search(rf"^\s*{re.escape(name.rpartition('.')[2])}:", file.read_text(encoding="utf-8"), re.M) is not None
 
 
 def _nearest(word: str, words: Iterable[str]) -> str:

@@ -170,6 +170,18 @@ def summary_table(rows: Sequence[Row], title: str | None = None) -> Table:
     return table
 
 
+def hint(rows: Iterable[Row]) -> str | None:
+    """One line on what usually helps where trials ended without a design; None if all have one."""
+    empty = sum(row["status"] == NO_DESIGN for row in rows)
+    if not empty:
+        return None
+    trials = "1 trial" if empty == 1 else f"{empty} trials"
+    return (
+        f"{trials} found no design that folds: what usually helps is a larger budget, "
+        "start.size=1 or 2, a symmetry, or a larger max_crease_length"
+    )
+
+
 def _differs(value: float | None, other: float | None) -> bool:
     """Whether a table with four decimals has something to tell about ``value``."""
     return value is not None and (other is None or abs(value - other) > 1e-6)
