@@ -23,7 +23,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -96,7 +96,7 @@ class Case:
             return "traceback"
         if self.code not in (0, 1, 2):
             return f"exit code {self.code}"
-        if self.code == 2 and sum(line.startswith(("error:", "usage:")) for line in lines) != 1:
+        if self.code == 2 and (len(lines) != 1 or not lines[0].startswith("error: ")):
             return "not one line that says error"
         if self.code == 1 and lines and lines[-1].startswith("error:"):
             return "an exception: " + lines[-1][:90]
@@ -215,12 +215,14 @@ def run_inside(arguments: Sequence[str]) -> Case:
     """The command in this process, up to the first trial: its worker processes are not started."""
     from origami_lab import cli
     from origami_lab.experiment import runner
+    from origami_lab.experiment.tracking import make_tracker
 
     def late(*_: object) -> None:
         raise Late
 
     out, err = io.StringIO(), io.StringIO()
     runner.Pool = _NoPool  # type: ignore[misc, assignment]
+    runner.make_tracker = lambda settings, *rest: make_tracker(replace(settings, tracking={"kind": "none"}), *rest)
     before = signal.signal(signal.SIGALRM, late)
     signal.alarm(SECONDS)
     began = time.perf_counter()
@@ -343,14 +345,13 @@ def main() -> None:
         sys.exit(f"the child process died after {len(cases)} cases: {done.stderr[-500:]}")
     with tempfile.TemporaryDirectory() as name:
         sample = [run_for_real(words, Path(name)) for words in override_cases(options.real, options.seed + 1)]
-    commit = subprocess.run(
-        ["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False
-    ).stdout.strip()
-    call = f"python -m benchmarks.fuzz --overrides {options.overrides} --meshes {options.meshes} --real {options.real} --seed {options.seed}"
+    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False)
+    call = f"python -m benchmarks.fuzz --overrides {options.overrides} --meshes {options.meshes}"
+    call += f" --real {options.real} --seed {options.seed}"
     text = "\n\n".join(
         [
             "# Hostile input",
-            f"`{call}` at {commit}. {' '.join((__doc__ or '').split('.', 1)[1].split())}",
+            f"`{call}` at {commit.stdout.strip()}. {' '.join((__doc__ or '').split('.', 1)[1].split())}",
             report("Overrides", cases[: options.overrides]),
             report("Mesh files", cases[options.overrides :]),
             report("Overrides, for real", sample),

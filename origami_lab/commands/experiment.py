@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from origami_lab.commands import EXIT_INPUT, EXIT_INTERRUPTED
 from origami_lab.errors import InputError
@@ -30,9 +30,10 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
     """Compose the configuration and run one experiment, or several with ``-m``; returns the exit code."""
     import hydra
 
-    from origami_lab.experiment.configuration import CONFIG_NAME, config_dir, explain, no_option
+    from origami_lab.experiment.configuration import CONFIG_NAME, config_dir, explain, find_culprit
     from origami_lab.experiment.multirun import RefusedJobs
 
+    _check_flags(flags)
     codes: list[int] = []
     raised: list[Exception] = []
     application = os.getpid()
@@ -68,7 +69,7 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
         except RefusedJobs as refused:
             raise explain(refused.error, overrides, known_keys) or refused.error from None
         except Exception as error:
-            raise explain(error, overrides, known_keys) or no_option(overrides) or error from None
+            raise explain(error, overrides, known_keys) or find_culprit(overrides) or error from None
     if raised:
         raise raised[0]
     return max(codes, default=0)
@@ -76,9 +77,10 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
 
 def rerun(word: str, overrides: Sequence[str], flags: Sequence[str]) -> int:
     """Run a finished run's configuration again, from `origami-lab DIR/config.yaml`."""
+    from origami_lab.experiment.configuration import check_file
+
     file = Path(word)
-    if not file.is_file():
-        raise InputError("configuration", word, "there is no such file")
+    check_file(file, known_keys())
     values = []
     for override in overrides:
         key, _, value = override.partition("=")
@@ -113,7 +115,7 @@ def _run_one(config: DictConfig, arguments: Sequence[str]) -> tuple[int, float |
         from origami_lab.reporting.tables import hint, summary_table
 
         title = f"{settings.task} · {settings.method} · {settings.budget:,} interactions a trial"
-        console.print(summary_table(experiment.rows, title))
+        console.print(summary_table(experiment.rows, title, console.width))
         if advice := hint(experiment.rows):
             console.print(advice, highlight=False, soft_wrap=True)
         if settings.tracking["kind"] == "mlflow":
@@ -149,6 +151,18 @@ def _as_hydra_sees_it(command: list[str]) -> Iterator[None]:
             del os.environ["HYDRA_FULL_ERROR"]
         else:
             os.environ["HYDRA_FULL_ERROR"] = before[1]
+
+
+def _check_flags(flags: Sequence[str]) -> None:
+    """Hydra's flags are argparse's, which says what is wrong in a page."""
+    from hydra._internal.utils import get_args_parser
+
+    def refuse(message: str) -> NoReturn:
+        raise InputError("flag", " ".join(flags), f"{message}; see --hydra-help")
+
+    parser = get_args_parser()
+    parser.error = refuse  # type: ignore[method-assign]
+    parser.parse_args(list(flags))
 
 
 def _is_multirun(arguments: Sequence[str]) -> bool:

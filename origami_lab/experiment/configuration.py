@@ -7,6 +7,8 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
+import yaml  # type: ignore[import-untyped]
+from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import (
     ConfigCompositionException,
     HydraException,
@@ -16,7 +18,7 @@ from hydra.errors import (
 from omegaconf.errors import OmegaConfBaseException
 
 import origami_lab
-from origami_lab.errors import InputError
+from origami_lab.errors import InputError, shorten
 
 CONFIG_NAME = "config"
 
@@ -90,15 +92,51 @@ def groups() -> dict[str, Path]:
     return {folder.name: folder for folder in sorted(config_dir().iterdir()) if folder.is_dir()}
 
 
-def no_option(arguments: Sequence[str]) -> InputError | None:
-    """What Hydra breaks on without naming it: a group whose option is no word."""
+def find_culprit(arguments: Sequence[str]) -> InputError | None:
+    """What Hydra breaks on without naming it: an override without a key or a value, or a group without a word."""
     for argument in arguments:
         key, _, value = argument.partition("=")
+        try:
+            OverridesParser.create().parse_override(argument)
+        except ValueError as error:  # a number of thousands of digits
+            return InputError(key, value, f"cannot be read: {_first_line(str(error))}")
         if key == "":
             return InputError("", value, "must have a key before the =, as in budget=1000")
-        if key in groups() and re.fullmatch(r"(null|true|false|[-+.\d].*)?", value, re.IGNORECASE):
-            return InputError(key, value, f"must be one of {', '.join(_options(groups()[key]))}")
+        if key in groups() and value not in (options := _options(groups()[key])):
+            return InputError(key, value, f"must be one of {', '.join(options)}")
     return None
+
+
+def check_file(file: Path, known_keys: Iterable[str]) -> None:
+    """Check that a file is a whole configuration, as a run writes it; raises InputError with file and line."""
+    if not file.exists():
+        raise InputError("configuration", file, "there is no such file")
+    if not file.is_file():
+        raise InputError("configuration", file, "must be a file")
+    try:
+        text = file.read_text(encoding="utf-8")
+        content = yaml.safe_load(text)
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError("configuration", file, f"cannot be read ({_first_line(str(error))})") from error
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        mark = getattr(error, "problem_mark", None)
+        place, problem = "" if mark is None else f":{mark.line + 1}", getattr(error, "problem", None) or str(error)
+        raise InputError("configuration", f"{file}{place}", f"is no YAML: {_first_line(problem)}") from error
+    if not isinstance(content, dict):
+        raise InputError("configuration", file, "must hold keys and values, as a run's config.yaml does")
+    known_keys = list(known_keys)
+    known = {key.partition(".")[0] for key in known_keys}
+    for key in content:
+        if key not in known and key not in ("defaults", "hydra"):
+            line = 1 + next((i for i, row in enumerate(text.splitlines()) if row.startswith(f"{key}:")), 0)
+            expected = f"there is no key {shorten(key)}" + _nearest(str(key), sorted(known))
+            raise InputError("configuration", f"{file}:{line}", expected)
+    # a group need not leave a key
+    required = {key.partition(".")[0] for key in known_keys if "." in key or key not in groups()}
+    missing = sorted(required - content.keys())
+    if missing and "defaults" not in content:
+        expected = f"lacks {', '.join(missing)}; a run's own config.yaml has every key"
+        raise InputError("configuration", file, expected)
 
 
 def _options(folder: Path) -> list[str]:

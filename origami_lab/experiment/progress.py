@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 from origami_lab.experiment.pool import Event, Started
 from origami_lab.experiment.trial import Progress
 from origami_lab.experiment.worker import Failed, Finished
-from origami_lab.reporting.tables import NO_DESIGN
+from origami_lab.reporting.tables import NARROW, NO_DESIGN
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -188,22 +188,32 @@ class LiveDisplay(PlainDisplay):
         if best:
             caption += f" · best {max(best):.4f}"
         table = Table(box=None, padding=(0, 1), caption=caption, caption_justify="left", header_style="dim")
-        for name in ("seed", "interactions", "", "per second", "best", "status"):
+        wide = self.console.width >= NARROW
+        columns = ("seed", "interactions", "", "per second", "best", "status")
+        kept = [name for name in columns if wide or name not in ("", "per second")]
+        for name in kept:
             table.add_column(name, justify="left" if name in ("", "status") else "right", no_wrap=True)
         for seed in shown:
             trial = self.trials[seed]
-            table.add_row(
-                str(seed),
-                f"{trial.interactions:,}",
-                ProgressBar(total=self.budget, completed=trial.interactions, width=24),
-                f"{trial.rate:,.0f}",
-                "–" if trial.best is None else f"{trial.best:.4f}",
-                "drawing" if trial.running and trial.interactions >= self.budget else trial.status[:40],
-            )
+            cells = {
+                "seed": str(seed),
+                "interactions": f"{trial.interactions:,}",
+                "": ProgressBar(total=self.budget, completed=trial.interactions, width=24),
+                "per second": f"{trial.rate:,.0f}",
+                "best": "–" if trial.best is None else f"{trial.best:.4f}",
+                "status": self._status(trial),
+            }
+            table.add_row(*(cells[name] for name in kept))
         if not shown:
-            state = "compiling the kernels (first run only)" if self.announced else "loading the kernels"
-            table.add_row("", "", "", "", "", state)
+            table.add_row(*[""] * (len(kept) - 1), "compiling" if self.announced else "loading")
         return table
+
+    def _status(self, trial: _Trial) -> str:
+        if trial.running and trial.interactions >= self.budget:
+            return "drawing"
+        if trial.running and not self.warm:
+            return "compiling" if self.announced else "loading"
+        return trial.status[:40]
 
 
 def make_display(console: Console, verbosity: str, seeds: Sequence[int], budget: int) -> Display:

@@ -95,8 +95,6 @@ def run_experiment(settings: Settings, console: Console, command: Sequence[str] 
             finally:
                 summary = record.write_summary(interrupted=bool(signals))
     # Ctrl-C is itself again: it ends the wait for a slow tracking server
-    if settings.tracking["kind"] == "mlflow":
-        display.note("recording in MLflow ...")
     record.tracker.finish(summary)
     ordered = tuple(rows[seed] for seed in settings.seeds if seed in rows)
     failed = any(str(row["status"]).startswith(FAILED) for row in ordered)

@@ -172,7 +172,8 @@ def _tracking(read: _Reader) -> Node:
         raise InputError("tracking", tracking, "must be mlflow or none")
     for key, expected in (("uri", "an MLflow URI"), ("experiment", "the name of an MLflow experiment")):
         value = tracking.get(key)
-        if value is not None and (isinstance(value, bool | Mapping | list) or not str(value).strip()):
+        words = (str,) if key == "uri" else (str, int, float)
+        if value is not None and (isinstance(value, bool) or not isinstance(value, words) or not str(value).strip()):
             raise InputError(f"tracking.{key}", value, f"must be {expected}, or null")
     return tracking
 
