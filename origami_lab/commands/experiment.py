@@ -162,7 +162,9 @@ def _check_flags(flags: Sequence[str]) -> None:
 
     parser = get_args_parser()
     parser.error = refuse  # type: ignore[method-assign]
-    parser.parse_args(list(flags))
+    known = parser.parse_args(list(flags))
+    if known.resolve and not (known.cfg or known.help):
+        raise InputError("flag", "--resolve", "must come with --cfg job")
 
 
 def _is_multirun(arguments: Sequence[str]) -> bool:

@@ -98,7 +98,7 @@ def find_culprit(arguments: Sequence[str]) -> InputError | None:
         key, _, value = argument.partition("=")
         try:
             OverridesParser.create().parse_override(argument)
-        except ValueError as error:  # a number of thousands of digits
+        except Exception as error:  # a number of thousands of digits, say
             return InputError(key, value, f"cannot be read: {_first_line(str(error))}")
         if key == "":
             return InputError("", value, "must have a key before the =, as in budget=1000")

@@ -195,7 +195,7 @@ class LiveDisplay(PlainDisplay):
             table.add_column(name, justify="left" if name in ("", "status") else "right", no_wrap=True)
         for seed in shown:
             trial = self.trials[seed]
-            cells = {
+            cells: dict[str, str | ProgressBar] = {
                 "seed": str(seed),
                 "interactions": f"{trial.interactions:,}",
                 "": ProgressBar(total=self.budget, completed=trial.interactions, width=24),

@@ -206,7 +206,9 @@ def bowl(
     _positive("target.inner", inner)
     if not _positive("target.outer", outer) > inner:
         raise InputError("target.outer", outer, f"must be above target.inner={inner}")
-    _number("target.coefficient", coefficient)
+    if abs(_number("target.coefficient", coefficient)) * outer * outer > 100.0 * outer:
+        expected = f"must be at most {100.0 / outer:g}: the bowl would be 100 times as deep as it is wide"
+        raise InputError("target.coefficient", coefficient, expected)
     _number("target.offset", offset)
     _positive("target.error", error)
     count, steps = _bowl_resolution(coefficient, inner, outer, error)
