@@ -266,7 +266,7 @@ def run_for_real(arguments: Sequence[str], folder: Path) -> Case:
     began = time.perf_counter()
     try:
         done = subprocess.run(
-            command, cwd=folder, env=environment, capture_output=True, text=True, timeout=120, check=False
+            command, cwd=folder, env=environment, capture_output=True, text=True, timeout=600, check=False
         )
         code, text = done.returncode, done.stderr
     except subprocess.TimeoutExpired:

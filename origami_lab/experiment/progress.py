@@ -220,4 +220,5 @@ def make_display(console: Console, verbosity: str, seeds: Sequence[int], budget:
     """The display that fits where the output goes."""
     if verbosity == "quiet":
         return QuietDisplay(console)
-    return (LiveDisplay if console.is_terminal else PlainDisplay)(console, seeds, budget)
+    live = console.is_terminal and not console.is_dumb_terminal  # which rich would show nothing
+    return (LiveDisplay if live else PlainDisplay)(console, seeds, budget)

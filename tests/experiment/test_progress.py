@@ -26,6 +26,7 @@ EVENTS = (
 
 
 def shown(terminal: bool, monkeypatch: pytest.MonkeyPatch, verbosity: str = "normal") -> str:
+    monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setattr(progress, "LINE_EVERY", 0.0)
     out = io.StringIO()
     console = Console(file=out, force_terminal=terminal, width=100)
@@ -64,11 +65,14 @@ def test_compilation_is_announced_once(monkeypatch: pytest.MonkeyPatch) -> None:
     assert text.count("compiled in") == 1
 
 
-def test_the_display_fits_where_the_output_goes() -> None:
+def test_the_display_fits_where_the_output_goes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TERM", "xterm")
     log, terminal = Console(file=io.StringIO()), Console(file=io.StringIO(), force_terminal=True)
     assert type(make_display(log, "normal", [0], 1)) is PlainDisplay
     assert type(make_display(terminal, "normal", [0], 1)) is LiveDisplay
     assert type(make_display(terminal, "quiet", [0], 1)) is QuietDisplay
+    monkeypatch.setenv("TERM", "dumb")
+    assert type(make_display(terminal, "normal", [0], 1)) is PlainDisplay
 
 
 def test_drawing_is_said_once_and_no_design_has_no_return(monkeypatch: pytest.MonkeyPatch) -> None:
