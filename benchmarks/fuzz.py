@@ -2,7 +2,7 @@
 
 Whatever is given, the command must end soon, in little memory, with exit code 0, 1 (a trial failed) or 2 (one line that
 begins with "error:"), and never with a traceback. The bulk runs in one child process that stops before the first
-trial; a sample of the overrides runs for real, each in a process of its own.
+trial; a sample of what was accepted then runs for real, each in a process of its own.
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ def override_cases(count: int, seed: int) -> Iterator[list[str]]:
         groups = rng.sample(list(GROUPS), rng.randint(0, 3))
         command = [f"{group}={rng.choice(GROUPS[group])}" for group in groups if group != "target"]
         command.append("target=" + rng.choice(GROUPS["target"] if rng.random() < 0.3 else ("bowl", "cube")))
-        kind = number % 5
+        kind = number % 6
         if kind < 3:  # one to three hostile values
             command += [f"{rng.choice(KEYS)}={rng.choice(VALUES)}" for _ in range(kind + 1)]
         elif kind == 3:  # the same key twice, or a key left out
@@ -124,6 +124,8 @@ def override_cases(count: int, seed: int) -> Iterator[list[str]]:
                 f"{key}={rng.choice(VALUES)}",
                 rng.choice([f"~{key.lstrip('+')}", f"{key}={rng.choice(VALUES)}"]),
             ]
+        elif kind == 4:  # allowed, if they suit each other
+            command += rng.sample(MILD, rng.randint(1, 4))
         else:  # letters exchanged, dropped, doubled; a flag anywhere
             command = [_mangled(rng, word) for word in [*command, "budget=100", "seed=0..1"]]
             command[rng.randrange(len(command)) : 0] = rng.choice(FLAGS).split()
@@ -300,6 +302,10 @@ def shown(case: Case) -> str:
     return f"`{ascii(text)[1:-1][:150].replace('`', ' ')}`"
 
 
+def _has_flag(arguments: Sequence[str]) -> bool:
+    return any(word.startswith("-") for word in arguments)
+
+
 def report(title: str, cases: Sequence[Case]) -> str:
     """Outcomes, the slowest, and what was wrong."""
     codes = Counter(case.code for case in cases)
@@ -344,17 +350,24 @@ def main() -> None:
     if len(cases) < options.overrides + options.meshes:
         sys.exit(f"the child process died after {len(cases)} cases: {done.stderr[-500:]}")
     with tempfile.TemporaryDirectory() as name:
-        sample = [run_for_real(words, Path(name)) for words in override_cases(options.real, options.seed + 1)]
+        folder = Path(name)
+        inputs = [*override_cases(options.overrides, options.seed), *mesh_cases(options.meshes, options.seed, folder)]
+        # what was understood: the rest ends the same way in a process of its own
+        accepted = [words for words, case in zip(inputs, cases, strict=True) if case.code == 0 and not _has_flag(words)]
+        sample = [
+            run_for_real(words, folder)
+            for words in random.Random(options.seed).sample(accepted, min(options.real, len(accepted)))
+        ]
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False)
     call = f"python -m benchmarks.fuzz --overrides {options.overrides} --meshes {options.meshes}"
     call += f" --real {options.real} --seed {options.seed}"
     text = "\n\n".join(
         [
             "# Hostile input",
-            f"`{call}` at {commit.stdout.strip()}. {' '.join((__doc__ or '').split('.', 1)[1].split())}",
+            f"`{call}` at {commit.stdout.strip()}. {' '.join((__doc__ or '').split('`.', 1)[1].split())}",
             report("Overrides", cases[: options.overrides]),
             report("Mesh files", cases[options.overrides :]),
-            report("Overrides, for real", sample),
+            report("Accepted commands, for real", sample),
         ]
     )
     print(text)

@@ -30,7 +30,7 @@ def test_random_overrides_are_refused_or_understood() -> None:
 
 @pytest.mark.slow
 def test_mutated_meshes_are_refused_or_read(tmp_path: Path) -> None:
-    cases = [fuzz.run_inside(arguments) for arguments in fuzz.mesh_cases(40, 3, tmp_path)]
+    cases = [fuzz.run_inside(arguments) for arguments in fuzz.mesh_cases(16, 3, tmp_path)]
     assert [
         (case.fault, case.arguments, case.error) for case in cases if case.fault and "memory" not in case.fault
     ] == []

@@ -65,6 +65,8 @@ def explain(
     """
     if isinstance(error, InputError):
         return error
+    if isinstance(error, OSError):  # Hydra makes its folder when all is composed
+        return InputError("hydra.run.dir", error.filename, f"must be a folder that can be written ({error.strerror})")
     if isinstance(error, MissingConfigException):
         return _missing(error, arguments)
     if isinstance(error, OverrideParseException):
