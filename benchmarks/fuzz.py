@@ -62,6 +62,21 @@ VALUES = (
     *("9" * 40, "9" * 5000, "x" * 3000, "[" * 60, "'\\n'", "'\\0'", "'\x1b[31m'", "os.system", "builtins.print"),
     *("origami_lab.game.starts.Square", "origami_lab.objectives.targets.cube", "1_000", "0x10", "1e400", "choice(1,2)"),
 )
+MILD = (
+    *(
+        "board.size=5",
+        "board.size=11",
+        "board.size=1.1e1",
+        "start.size=1",
+        "start.size=choose",
+        "max_crease_length=null",
+    ),
+    *("max_crease_length=1", "source_action=false", "driving_angle.max=1e-3", "driving_angle.max=90", "stuck=penalise"),
+    *("driving_angle.fixed=45", "certify=none", "budget=1", "budget=1e3", "seed=7", "seed=[5,3]", "workers=99"),
+    *("objective.distance=sampled", "objective.distance=surface", "+objective.samples=1", "search.children=1"),
+    *("search.restarts=1e3", "task=a.b", "method=x", "verbosity=quiet", "verbosity=verbose", "+target.name=x"),
+)
+"""What is unusual, but allowed where it fits."""
 FLAGS = (
     "-m",
     "--cfg",
