@@ -89,6 +89,7 @@ REFUSED: list[tuple[list[str], str, str]] = [
     ([BOWL, "+target.coefficient=1000"], "target.coefficient=1000:", "as deep"),
     (["target=cube", "target.edge={a:1}"], "target.edge={'a': 1}:", "number"),
     (["target=mesh", "target.path=[1]"], "target.path=[1]:", "mesh file"),
+    ([BOWL, "hydra.run.dir=/dev/null"], "hydra.run.dir=/dev/null:", "can be written"),
     ([BOWL, "--cfg"], "flag=--cfg:", "expected one argument"),
     ([BOWL, "--resolve"], "flag=--resolve:", "--cfg job"),
     ([BOWL, "--frobnicate"], "flag=--frobnicate:", "--help"),

@@ -65,10 +65,10 @@ def explain(
     """
     if isinstance(error, InputError):
         return error
-    if isinstance(error, OSError):  # Hydra makes its folder when all is composed
-        return InputError("hydra.run.dir", error.filename, f"must be a folder that can be written ({error.strerror})")
     if isinstance(error, MissingConfigException):
         return _missing(error, arguments)
+    if isinstance(error, OSError):  # Hydra makes its folder when all is composed
+        return InputError("hydra.run.dir", error.filename, f"must be a folder that can be written ({error.strerror})")
     if isinstance(error, OverrideParseException):
         key, _, value = str(error.override).partition("=")
         return InputError(key, value, f"cannot be read: {_first_line(error.message)}; quote special characters")
