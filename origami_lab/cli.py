@@ -10,11 +10,13 @@ import os
 import sys
 import traceback
 from collections.abc import Sequence
+from difflib import get_close_matches
 from importlib import import_module
+from pathlib import Path
 
 import origami_lab
 from origami_lab.commands import COMMANDS, EXIT_CRASH, EXIT_INPUT, EXIT_INTERRUPTED
-from origami_lab.errors import InputError
+from origami_lab.errors import InputError, one_line, shorten
 
 FLAGS_WITH_VALUE = (
     *("--config-path", "-cp", "--config-name", "-cn", "--config-dir", "-cd"),
@@ -52,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if _wants_traceback(arguments):
             traceback.print_exc()
         else:
-            first = (str(error).splitlines() or [""])[0]
+            first = one_line(shorten((str(error).splitlines() or [""])[0], 500))
             print(f"error: {type(error).__name__}: {first} (verbosity=verbose shows where)", file=sys.stderr)
         return EXIT_CRASH
 
@@ -73,11 +75,27 @@ def _dispatch(arguments: list[str]) -> int:
         from origami_lab.commands import experiment
 
         return experiment.rerun(words[0], overrides, flags) if words else experiment.run(overrides, flags)
-    raise InputError(
-        "command",
-        words[0],
-        f"must be {' or '.join(COMMANDS)}, a config.yaml, or settings like target=bowl",
-    )
+    raise _no_command(words[0])
+
+
+def _no_command(word: str) -> InputError:
+    """What a bare word may have been meant for."""
+    from origami_lab.experiment.configuration import groups
+
+    expected = f"must be {' or '.join(COMMANDS)}, a config.yaml, or settings like target=bowl"
+    if Path(word).suffix.lower() in (".stl", ".obj", ".ply", ".off", ".glb", ".gltf"):
+        return InputError("command", word, f"a mesh file is given as target=mesh target.path={word}")
+    if word == "help":
+        return InputError("command", word, f"did you mean --help? {expected}")
+    found = get_close_matches(word, COMMANDS, n=1)
+    if found:
+        return InputError("command", word, f"{expected}; did you mean {found[0]}?")
+    for group, folder in groups().items():
+        if (folder / f"{word}.yaml").is_file():
+            return InputError("command", word, f"{expected}; did you mean {group}={word}?")
+        if get_close_matches(word, [group], cutoff=0.8):
+            return InputError("command", word, f"{expected}; {group}=... sets the {group}")
+    return InputError("command", word, expected)
 
 
 def _sort(arguments: Sequence[str]) -> tuple[list[str], list[str], list[str]]:

@@ -20,7 +20,19 @@ class InputError(ValueError):
 
     def __init__(self, field: str, value: object, expected: str) -> None:
         self.field, self.value, self.expected = field, value, expected
-        super().__init__(f"{field}={value}: {expected}".replace("\n", " "))
+        super().__init__(one_line(f"{shorten(field)}={shorten(value)}: {expected}"))
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, object, str]]:
         return type(self), (self.field, self.value, self.expected)
+
+
+def shorten(value: object, most: int = 200) -> str:
+    """A value as text, its middle left out if it is long."""
+    text = str(value)
+    return text if len(text) <= most else f"{text[: most // 2]} … {text[-most // 2 :]}"
+
+
+def one_line(text: str) -> str:
+    """Text that cannot disturb a terminal: line breaks as spaces, other control characters escaped."""
+    spaced = " ".join(text.splitlines())
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in spaced)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -57,7 +58,40 @@ REFUSED: list[tuple[list[str], str, str]] = [
     ([BOWL, "+search.wings=2"], "search=", "wings"),
     ([BOWL, "objective._target_=tests.experiment.fakes.NoObjective", "~objective.distance"], "objective=", ""),
     (["bowl"], "command=bowl:", "dashboard"),
+    (["dashbord"], "command=dashbord:", "did you mean dashboard?"),
+    (["part.stl"], "command=part.stl:", "target=mesh target.path=part.stl"),
     (["nosuch/config.yaml"], "configuration=nosuch/config.yaml:", "no such file"),
+    (["target=dish.stl"], "target=dish.stl:", "target=mesh target.path=dish.stl"),
+    (["target.path=dish.stl"], "target.path=dish.stl:", "target=mesh target.path=dish.stl"),
+    ([BOWL, "search=rdm", "search.children=3"], "search.children=3:", "search=bfts or search=dfts only"),
+    (["target=bowl,cube"], "target=bowl,cube:", "-m target=bowl,cube"),
+    ([BOWL, "start=crease"], "symmetry=xyd:", "add symmetry=y"),
+    ([BOWL, "board=null"], "board=null:", "13x13, 25x25, 9x9"),
+    ([BOWL, "=5"], "=5:", "key before the ="),
+    ([BOWL, "budget=" + "9" * 5000], "budget=99999", "cannot be read"),
+    ([BOWL, "budget=1e13"], "budget=10000000000000:", "to 1000000000000"),
+    ([BOWL, "budget=${seed}", "seed=${budget}"], "budget=?:", "Recursive"),
+    ([BOWL, "~budget"], "budget=(nothing):", "missing"),
+    ([BOWL, "~output"], "~output=:", "cannot be left out"),
+    ([BOWL, "task=" + "x" * 3000], "task=xxx", "at most 100"),
+    ([BOWL, "task=.."], "task=..:", "word"),
+    ([BOWL, "output="], "output=:", "folder"),
+    ([BOWL, "output=[1]"], "output=[1]:", "folder"),
+    ([BOWL, "tracking.uri={a:1}"], "tracking.uri=", "MLflow URI"),
+    ([BOWL, "workers=10000000", "seed=0..99999"], "workers=10000000:", "GB"),
+    ([BOWL, "capacity=100000", "driving_angle.count=100", "board.size=201"], "capacity=100000:", "this machine has"),
+    ([BOWL, "max_crease_length=1e300"], "max_crease_length=1e+300:", "null"),
+    ([BOWL, "search.children=2.5"], "search.children=2.5:", "whole number"),
+    ([BOWL, "search.restarts=null"], "search.restarts=None:", "whole number"),
+    ([BOWL, "+objective.samples=1e9"], "objective.samples=1000000000.0:", "whole number"),
+    ([BOWL, "+objective.tolerance=-1"], "objective.tolerance=-1:", "at least"),
+    ([BOWL, "+target.outer=1e9", "+target.error=1e5"], "target.outer=1000000000.0:", "up to"),
+    ([BOWL, "+target.coefficient=1000"], "target.coefficient=1000:", "as deep"),
+    (["target=cube", "target.edge={a:1}"], "target.edge={'a': 1}:", "number"),
+    (["target=mesh", "target.path=[1]"], "target.path=[1]:", "mesh file"),
+    ([BOWL, "hydra.run.dir=/dev/null"], "hydra.run.dir=/dev/null:", "can be written"),
+    ([BOWL, "--cfg"], "flag=--cfg:", "expected one argument"),
+    ([BOWL, "--resolve"], "flag=--resolve:", "--cfg job"),
     ([BOWL, "--frobnicate"], "flag=--frobnicate:", "--help"),
     (["-m", "target=bowl,cube", "board.size=9,8"], "board.size=8:", "odd"),
     (["-m", "target=bowl,ball"], "target=ball:", "bowl"),
@@ -103,6 +137,47 @@ def test_refused_by_the_parts_themselves(
     capsys: pytest.CaptureFixture[str], arguments: list[str], begin: str, also: str
 ) -> None:
     assert_refused(capsys, arguments, begin, also)
+
+
+FILES = {
+    "syntax.yaml": ("seed: 1\nbudget: [1\nseed: 2\n", "configuration=syntax.yaml:3: is no YAML"),
+    "list.yaml": ("- 1\n", "configuration=list.yaml: must hold keys"),
+    "empty.yaml": ("", "configuration=empty.yaml: must hold keys"),
+    "part.yaml": ("budget: 3\n", "configuration=part.yaml: lacks board, capacity"),
+    "typo.yaml": ("seed: 0\nbugdet: 3\n", "configuration=typo.yaml:2: there is no key bugdet; did you mean budget?"),
+    "binary.yaml": ("\udcff\udcfe", "configuration=binary.yaml: cannot be read"),
+}
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_configuration_written_by_hand(capsys: pytest.CaptureFixture[str], name: str) -> None:
+    text, begin = FILES[name]
+    Path(name).write_bytes(text.encode(errors="surrogateescape"))
+    assert main([name]) == 2
+    err = capsys.readouterr().err
+    assert err.startswith(f"error: {begin}")
+    assert err.count("\n") == 1
+
+
+def test_a_file_name_cannot_disturb_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("a\x1b[31m\rb.stl").write_bytes(b"")
+    assert main(["target=mesh", "target.path='a\x1b[31m\rb.stl'"]) == 2
+    err = capsys.readouterr().err
+    assert "\x1b" not in err
+    assert "\r" not in err
+    assert err.count("\n") == 1
+
+
+@pytest.mark.slow
+def test_bash_completes_groups_and_options() -> None:
+    """As bash asks, through the script that `eval "$(origami-lab -sc install=bash)"` installs."""
+    command = [sys.executable, "-m", "origami_lab", "-sc", "query=bash"]
+    for typed, offered in (("targ", "target="), ("target=bo", "target=bowl"), ("target=bowl board.", "board.size=")):
+        line = f"origami-lab {typed}"
+        environment = {**os.environ, "COMP_LINE": line, "COMP_POINT": str(len(line)), "COMP_CWORD": "1"}
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode == 0
+        assert any(word.startswith(offered) for word in done.stdout.split()), (typed, done.stdout, done.stderr)
 
 
 def test_an_empty_mesh_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

@@ -16,6 +16,7 @@ from origami_lab.experiment.build import build_parts
 from origami_lab.experiment.configuration import CONFIG_NAME, config_dir
 from origami_lab.experiment.folder import flatten
 from origami_lab.experiment.multirun import without_hydra
+from origami_lab.experiment.remarks import remarks
 from origami_lab.experiment.settings import Settings, read_settings
 
 GROUPS = ("target", "objective", "board", "symmetry", "start", "search", "tracking", "experiment")
@@ -140,6 +141,28 @@ def test_distance_reaches_the_objective_and_the_target_is_built_once() -> None:
     parts = build_parts(settings("target=cube", "objective.distance=surface"))
     assert parts.objective.distance == "surface"
     assert parts.objective.target is parts.target
+
+
+def test_a_mesh_is_found_from_another_folder(mesh: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(mesh.parent)
+    found = settings("target=mesh", "target.path=part.obj")
+    assert found.config["target"]["path"] == found.config["objective"]["target"]["path"] == str(mesh)
+    assert found.target is not None
+    assert found.target["path"] == "part.obj"  # as it was written, for messages
+
+
+def test_scale_and_symmetry_of_a_mesh_are_said(mesh: Path) -> None:
+    mesh.write_text("v -1 0 0\nv 1 0 0\nv 0 2 1\nf 1 2 3\n")
+    said = {}
+    for symmetry in ("none", "y", "xyd"):
+        found = settings("target=mesh", f"target.path={mesh}", "target.scale=0.5", f"symmetry={symmetry}")
+        said[symmetry] = list(remarks(found, build_parts(found)))
+    assert said["none"] == said["y"] == ["part.obj: 1 board cell = 2 units of the file"]
+    assert said["xyd"][0] == said["y"][0]
+    assert "symmetry=xyd" in said["xyd"][1]
+    assert said["xyd"][1].endswith("the mesh has symmetry=y")
+    found = settings("target=bowl")
+    assert list(remarks(found, build_parts(found))) == []
 
 
 def test_search_numbers_reach_the_searcher() -> None:

@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from origami_lab.commands import EXIT_INPUT, EXIT_INTERRUPTED
 from origami_lab.errors import InputError
@@ -31,9 +31,10 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
     import hydra
 
     from origami_lab.experiment.composing import known_keys, working_directory_importable
-    from origami_lab.experiment.configuration import CONFIG_NAME, config_dir, explain
+    from origami_lab.experiment.configuration import CONFIG_NAME, config_dir, explain, find_culprit
     from origami_lab.experiment.multirun import RefusedJobs
 
+    _check_flags(flags)
     codes: list[int] = []
     raised: list[Exception] = []
     application = os.getpid()
@@ -70,7 +71,7 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
         except RefusedJobs as refused:
             raise explain(refused.error, overrides, known_keys) or refused.error from None
         except Exception as error:
-            raise explain(error, overrides, known_keys) or error from None
+            raise explain(error, overrides, known_keys) or find_culprit(overrides) or error from None
     if raised:
         raise raised[0]
     return max(codes, default=0)
@@ -78,9 +79,11 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
 
 def rerun(word: str, overrides: Sequence[str], flags: Sequence[str]) -> int:
     """Run a finished run's configuration again, from `origami-lab DIR/config.yaml`."""
+    from origami_lab.experiment.composing import known_keys
+    from origami_lab.experiment.configuration import check_file
+
     file = Path(word)
-    if not file.is_file():
-        raise InputError("configuration", word, "there is no such file")
+    check_file(file, known_keys())
     values = []
     for override in overrides:
         key, _, value = override.partition("=")
@@ -142,6 +145,20 @@ def _as_hydra_sees_it(command: list[str]) -> Iterator[None]:
             del os.environ["HYDRA_FULL_ERROR"]
         else:
             os.environ["HYDRA_FULL_ERROR"] = before[1]
+
+
+def _check_flags(flags: Sequence[str]) -> None:
+    """Hydra's flags are argparse's, which says what is wrong in a page."""
+    from hydra._internal.utils import get_args_parser
+
+    def refuse(message: str) -> NoReturn:
+        raise InputError("flag", " ".join(flags), f"{message}; see --hydra-help")
+
+    parser = get_args_parser()
+    parser.error = refuse  # type: ignore[method-assign]
+    known = parser.parse_args(list(flags))
+    if known.resolve and not (known.cfg or known.help):
+        raise InputError("flag", "--resolve", "must come with --cfg job")
 
 
 def _is_multirun(arguments: Sequence[str]) -> bool:

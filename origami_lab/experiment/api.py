@@ -62,10 +62,12 @@ def show_results(console: Console, settings: Settings, experiment: Experiment) -
     """Print the table of trials and how to look at them, unless the run is to be quiet."""
     if settings.verbosity == "quiet" or not experiment.rows:
         return
-    from origami_lab.reporting.tables import summary_table
+    from origami_lab.reporting.tables import hint, summary_table
 
     title = f"{settings.task} · {settings.method} · {settings.budget:,} interactions a trial"
-    console.print(summary_table(experiment.rows, title))
+    console.print(summary_table(experiment.rows, title, console.width))
+    if advice := hint(experiment.rows):
+        console.print(advice, highlight=False, soft_wrap=True)
     if settings.tracking["kind"] == "mlflow":
         console.print("to look at it: origami-lab dashboard", highlight=False)
 

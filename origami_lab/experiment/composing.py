@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from origami_lab.errors import InputError
-from origami_lab.experiment.configuration import CONFIG_NAME, config_dir, explain
+from origami_lab.experiment.configuration import CONFIG_NAME, config_dir, explain, groups
 from origami_lab.experiment.settings import Settings, read_settings
 
 if TYPE_CHECKING:
@@ -63,8 +63,8 @@ def known_keys() -> list[str]:
     except Exception:
         return []
     assert isinstance(container, dict)
-    groups = [folder.name for folder in config_dir().iterdir() if folder.is_dir() and folder.name != "hydra"]
-    return [*groups, *flatten({str(key): value for key, value in container.items()})]
+    names = [group for group in groups() if group != "hydra"]
+    return [*names, *flatten({str(key): value for key, value in container.items()})]
 
 
 @contextmanager

@@ -6,6 +6,8 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
+import yaml  # type: ignore[import-untyped]
+from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import (
     ConfigCompositionException,
     HydraException,
@@ -15,7 +17,7 @@ from hydra.errors import (
 from omegaconf.errors import OmegaConfBaseException
 
 import origami_lab
-from origami_lab.errors import InputError
+from origami_lab.errors import InputError, shorten
 from origami_lab.experiment.locate import nearest
 
 CONFIG_NAME = "config"
@@ -23,6 +25,11 @@ CONFIG_NAME = "config"
 _NOT_A_KEY = re.compile(r"Could not (?:override|delete)[^']* '([^']+)'")
 _TWICE = re.compile(r"Multiple values for (\S+?)\.")
 _AMBIGUOUS = re.compile(r"Ambiguous value for argument '([^=']+)=([^']*)'")
+_MERGED = re.compile(r"Error merging override (.*)")
+_MESH_FILE = re.compile(r".*\.(stl|obj|ply|off|glb|gltf)", re.IGNORECASE)
+
+_WITH_CLASSES = ("target", "objective", "search", "start")
+"""Groups whose options name a class, which may take more than its option's file says."""
 
 
 def config_dir() -> Path:
@@ -59,7 +66,9 @@ def explain(
     if isinstance(error, InputError):
         return error
     if isinstance(error, MissingConfigException):
-        return _missing(error)
+        return _missing(error, arguments)
+    if isinstance(error, OSError):  # Hydra makes its folder when all is composed
+        return InputError("hydra.run.dir", error.filename, f"must be a folder that can be written ({error.strerror})")
     if isinstance(error, OverrideParseException):
         key, _, value = str(error.override).partition("=")
         return InputError(key, value, f"cannot be read: {_first_line(error.message)}; quote special characters")
@@ -72,20 +81,82 @@ def explain(
     if isinstance(error, ConfigCompositionException | HydraException | OmegaConfBaseException):
         text = f"{error}\n{error.__cause__ or ''}"
         if found := _AMBIGUOUS.search(text):
-            key, value = found.groups()
-            return InputError(key, value, f"must be one value or a list, {key}=[{value}]; several runs need -m")
+            return _ambiguous(*found.groups())
         if found := _NOT_A_KEY.search(text):
             return _unknown(found.group(1), arguments, known_keys())
         if found := _TWICE.search(text):
             return InputError(found.group(1), "twice", "must be given once, without a +")
+        if (found := _MERGED.search(text)) and error.__cause__ is not None:
+            key, _, value = found.group(1).partition("=")
+            return InputError(key, value, f"cannot be set: {_first_line(str(error.__cause__))}")
         if isinstance(error, OmegaConfBaseException) and error.full_key:
             return InputError(error.full_key, "?", _first_line(str(error)))
         return InputError("configuration", "?", _first_line(text))
     return None
 
 
-def _missing(error: MissingConfigException) -> InputError:
+def groups() -> dict[str, Path]:
+    """The groups of the configuration and their folders."""
+    return {folder.name: folder for folder in sorted(config_dir().iterdir()) if folder.is_dir()}
+
+
+def find_culprit(arguments: Sequence[str]) -> InputError | None:
+    """What Hydra breaks on without naming it: an override without a key or a value, or a group without a word."""
+    for argument in arguments:
+        key, _, value = argument.partition("=")
+        try:
+            OverridesParser.create().parse_override(argument)
+        except Exception as error:  # a number of thousands of digits, say
+            return InputError(key, value, f"cannot be read: {_first_line(str(error))}")
+        if key == "":
+            return InputError("", value, "must have a key before the =, as in budget=1000")
+        if key in groups() and value not in (options := _options(groups()[key])):
+            return InputError(key, value, f"must be one of {', '.join(options)}")
+    return None
+
+
+def check_file(file: Path, known_keys: Iterable[str]) -> None:
+    """Check that a file is a whole configuration, as a run writes it; raises InputError with file and line."""
+    if not file.exists():
+        raise InputError("configuration", file, "there is no such file")
+    if not file.is_file():
+        raise InputError("configuration", file, "must be a file")
+    try:
+        text = file.read_text(encoding="utf-8")
+        content = yaml.safe_load(text)
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError("configuration", file, f"cannot be read ({_first_line(str(error))})") from error
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        mark = getattr(error, "problem_mark", None)
+        place, problem = "" if mark is None else f":{mark.line + 1}", getattr(error, "problem", None) or str(error)
+        raise InputError("configuration", f"{file}{place}", f"is no YAML: {_first_line(problem)}") from error
+    if not isinstance(content, dict):
+        raise InputError("configuration", file, "must hold keys and values, as a run's config.yaml does")
+    known_keys = list(known_keys)
+    known = {key.partition(".")[0] for key in known_keys}
+    for key in content:
+        if key not in known and key not in ("defaults", "hydra"):
+            line = 1 + next((i for i, row in enumerate(text.splitlines()) if row.startswith(f"{key}:")), 0)
+            expected = f"there is no key {shorten(key)}" + nearest(str(key), sorted(known))
+            raise InputError("configuration", f"{file}:{line}", expected)
+    # a group need not leave a key
+    required = {key.partition(".")[0] for key in known_keys if "." in key or key not in groups()}
+    missing = sorted(required - content.keys())
+    if missing and "defaults" not in content:
+        expected = f"lacks {', '.join(missing)}; a run's own config.yaml has every key"
+        raise InputError("configuration", file, expected)
+
+
+def _options(folder: Path) -> list[str]:
+    return sorted(file.stem for file in folder.glob("*.yaml"))
+
+
+def _missing(error: MissingConfigException, arguments: Sequence[str]) -> InputError:
     group, _, option = (error.missing_cfg_file or "configuration/?").rpartition("/")
+    for argument in arguments:
+        if argument.startswith("target=") and _MESH_FILE.fullmatch(argument):
+            value = argument.partition("=")[2]
+            return InputError("target", value, f"a mesh file is given as target=mesh target.path={value}")
     options = [name for name in error.options or [] if name]
     if not options:
         return InputError(group or "configuration", option, _first_line(str(error)))
@@ -94,11 +165,35 @@ def _missing(error: MissingConfigException) -> InputError:
     )
 
 
+def _ambiguous(key: str, value: str) -> InputError:
+    several = f"several runs, one for each, need -m: origami-lab -m {key}={value} ..."
+    if key in groups():
+        return InputError(key, value, f"must be one option; {several}")
+    return InputError(key, value, f"must be one value or a list, {key}=[{value}]; {several}")
+
+
 def _unknown(key: str, arguments: Sequence[str], known_keys: Iterable[str]) -> InputError:
     key = key.lstrip("+~")
     values = [text.partition("=")[2] for text in arguments if text.lstrip("+~").partition("=")[0] == key]
-    hint = nearest(key, sorted(set(known_keys)))
-    return InputError(key, values[-1] if values else "?", "there is no such key or group" + (hint or "; see --help"))
+    value, known = values[-1] if values else "?", sorted(set(known_keys))
+    if f"~{key}" in arguments and key in known:
+        return InputError(f"~{key}", value, "cannot be left out")
+    group, _, name = key.partition(".")
+    if name and group in groups():
+        owners = [option for option in _options(groups()[group]) if _has_key(groups()[group] / f"{option}.yaml", name)]
+        if owners:
+            either = " or ".join(f"{group}={option}" for option in owners)
+            return InputError(key, value, f"is a key of {either} only: {group}={owners[0]} {key}={value}")
+    # part of the key itself is no suggestion
+    hint = nearest(key, [other for other in known if not key.startswith(f"{other}.")])
+    if not hint and name and group in _WITH_CLASSES:
+        hint = f"; +{key}={value} would hand it to the class that {group} names"
+    return InputError(key, value, "there is no such key or group" + (hint or "; see --help"))
+
+
+def _has_key(file: Path, name: str) -> bool:
+    """Whether an option's file sets a key, at any depth."""
+    return re.search(rf"^\s*{re.escape(name.rpartition('.')[2])}:", file.read_text(encoding="utf-8"), re.M) is not None
 
 
 def _first_line(text: str) -> str:

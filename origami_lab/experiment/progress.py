@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 from origami_lab.experiment.pool import Event, Started
 from origami_lab.experiment.trial import Progress
 from origami_lab.experiment.worker import Failed, Finished
+from origami_lab.reporting.tables import NARROW, NO_DESIGN
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -35,7 +36,14 @@ class _Trial:
 
     @property
     def running(self) -> bool:
-        return self.status == "running"
+        return self.status in ("running", "drawing")
+
+    def begins_drawing(self, budget: int) -> bool:
+        """Whether its search has just ended: what is left are its files and pictures, a few seconds."""
+        begins = self.status == "running" and self.interactions >= budget
+        if begins:
+            self.status = "drawing"
+        return begins
 
 
 class Display(Protocol):
@@ -45,6 +53,7 @@ class Display(Protocol):
     def __exit__(self, *_: object) -> None: ...
     def show(self, event: Event) -> None: ...
     def say(self, line: str) -> None: ...
+    def note(self, line: str) -> None: ...
 
 
 class QuietDisplay:
@@ -66,6 +75,9 @@ class QuietDisplay:
         """Show one line of text as it is."""
         self.console.print(line, highlight=False, markup=False, soft_wrap=True)
 
+    def note(self, line: str) -> None:
+        """Show what can be done without."""
+
 
 class PlainDisplay(QuietDisplay):
     """One line a finished trial, and one for the running ones every few seconds: for logs."""
@@ -77,13 +89,20 @@ class PlainDisplay(QuietDisplay):
         self.created = self.last_line = time.monotonic()
         self.warm = self.announced = False
 
+    def note(self, line: str) -> None:
+        """Show one line of text as it is."""
+        self.say(line)
+
     def show(self, event: Event) -> None:
         """Take in an event."""
         self._update(event)
-        if isinstance(event, Finished | Failed):
+        if isinstance(event, Finished | Failed) or (
+            isinstance(event, Progress) and self.trials[event.seed].begins_drawing(self.budget)
+        ):
             self.say(self._line(event.seed))
         now = time.monotonic()
-        running = [seed for seed, trial in self.trials.items() if trial.running]
+        # without kernels nothing moves, and that was said
+        running = [seed for seed, trial in self.trials.items() if trial.status == "running" and self.warm]
         if running and now - self.last_line >= LINE_EVERY:
             self.last_line = now
             for seed in running:
@@ -121,8 +140,11 @@ class PlainDisplay(QuietDisplay):
     def _line(self, seed: int) -> str:
         trial = self.trials[seed]
         best = "no design yet" if trial.best is None else f"best {trial.best:.4f}"
+        if trial.status == NO_DESIGN:
+            return f"seed {seed}: {trial.interactions:,} interactions, {trial.rate:,.0f}/s, {NO_DESIGN}"
         done = f"{trial.interactions:,} of {self.budget:,} interactions, {trial.rate:,.0f}/s"
-        return f"seed {seed}: {done}, {best}" + ("" if trial.running else f", {trial.status}")
+        status = {"running": "", "drawing": ", drawing its pictures"}.get(trial.status, f", {trial.status}")
+        return f"seed {seed}: {done}, {best}{status}"
 
 
 class LiveDisplay(PlainDisplay):
@@ -166,26 +188,37 @@ class LiveDisplay(PlainDisplay):
         if best:
             caption += f" · best {max(best):.4f}"
         table = Table(box=None, padding=(0, 1), caption=caption, caption_justify="left", header_style="dim")
-        for name in ("seed", "interactions", "", "per second", "best", "status"):
+        wide = self.console.width >= NARROW
+        columns = ("seed", "interactions", "", "per second", "best", "status")
+        kept = [name for name in columns if wide or name not in ("", "per second")]
+        for name in kept:
             table.add_column(name, justify="left" if name in ("", "status") else "right", no_wrap=True)
         for seed in shown:
             trial = self.trials[seed]
-            table.add_row(
-                str(seed),
-                f"{trial.interactions:,}",
-                ProgressBar(total=self.budget, completed=trial.interactions, width=24),
-                f"{trial.rate:,.0f}",
-                "–" if trial.best is None else f"{trial.best:.4f}",
-                "drawing" if trial.running and trial.interactions >= self.budget else trial.status[:40],
-            )
+            cells: dict[str, str | ProgressBar] = {
+                "seed": str(seed),
+                "interactions": f"{trial.interactions:,}",
+                "": ProgressBar(total=self.budget, completed=trial.interactions, width=24),
+                "per second": f"{trial.rate:,.0f}",
+                "best": "–" if trial.best is None else f"{trial.best:.4f}",
+                "status": self._status(trial),
+            }
+            table.add_row(*(cells[name] for name in kept))
         if not shown:
-            state = "compiling the kernels (first run only)" if self.announced else "loading the kernels"
-            table.add_row("", "", "", "", "", state)
+            table.add_row(*[""] * (len(kept) - 1), "compiling" if self.announced else "loading")
         return table
+
+    def _status(self, trial: _Trial) -> str:
+        if trial.running and trial.interactions >= self.budget:
+            return "drawing"
+        if trial.running and not self.warm:
+            return "compiling" if self.announced else "loading"
+        return trial.status[:40]
 
 
 def make_display(console: Console, verbosity: str, seeds: Sequence[int], budget: int) -> Display:
     """The display that fits where the output goes."""
     if verbosity == "quiet":
         return QuietDisplay(console)
-    return (LiveDisplay if console.is_terminal else PlainDisplay)(console, seeds, budget)
+    live = console.is_terminal and not console.is_dumb_terminal  # which rich would show nothing
+    return (LiveDisplay if live else PlainDisplay)(console, seeds, budget)

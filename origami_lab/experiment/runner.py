@@ -21,6 +21,7 @@ from origami_lab.experiment.build import build_parts
 from origami_lab.experiment.folder import RunFolder, failed_row
 from origami_lab.experiment.pool import Event, Pool
 from origami_lab.experiment.progress import Display, make_display
+from origami_lab.experiment.remarks import remarks
 from origami_lab.experiment.seeds import format_seeds
 from origami_lab.experiment.settings import Settings
 from origami_lab.experiment.tracking import Tracker, check_tracking, make_tracker
@@ -30,6 +31,8 @@ from origami_lab.reporting.tables import FAILED, Row, best_row, spent_budget, sp
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from origami_lab.objectives.targets import Target
 
 EXIT_OK, EXIT_FAILED, EXIT_INTERRUPTED = 0, 1, 130
 PACKAGES = ("numpy", "numba", "scipy", "trimesh", "hydra-core", "mlflow")
@@ -65,7 +68,8 @@ def run_experiment(settings: Settings, console: Console, command: Sequence[str] 
     with _signals() as signals, Pool(settings) as pool:
         # the workers import while the parent checks its input
         check_tracking(settings)
-        target = build_parts(settings).target
+        parts = build_parts(settings)
+        target = parts.target
         if signals:
             raise KeyboardInterrupt
         folder = RunFolder.create(settings)
@@ -77,8 +81,11 @@ def run_experiment(settings: Settings, console: Console, command: Sequence[str] 
             folder.write_target(target)
         with make_display(console, settings.verbosity, todo, settings.budget) as display:
             if settings.resume:
-                display.say(f"{len(settings.seeds) - len(todo)} of {len(settings.seeds)} trials are on disk")
-            record = _Record(settings, folder, rows, display, command)
+                display.note(f"{len(settings.seeds) - len(todo)} of {len(settings.seeds)} trials are on disk")
+            if settings.verbosity != "quiet":
+                for remark in remarks(settings, parts):
+                    display.note(remark)
+            record = _Record(settings, folder, rows, display, command, target)
             try:
                 for event in pool.run(folder, todo):
                     display.show(event)
@@ -106,7 +113,9 @@ class _Record:
         rows: dict[int, dict[str, Any]],
         display: Display,
         command: Sequence[str],
+        target: Target | None,
     ) -> None:
+        self.units_per_cell = None if target is None else target.units_per_cell
         self.settings, self.folder, self.rows = settings, folder, rows
         self.display, self.command = display, command
         self.began = time.perf_counter()
@@ -142,6 +151,8 @@ class _Record:
         self.folder.write_trials(self.rows.values())
         seconds = time.perf_counter() - self.began
         summary = summarise(self.settings, self.rows, self.command, seconds, interrupted)
+        if self.units_per_cell is not None:
+            summary["units_per_cell"] = self.units_per_cell
         self.folder.write_summary(summary)
         return summary
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from itertools import pairwise
 
@@ -13,8 +14,8 @@ LARGEST = 2**63 - 1
 MOST = 100_000
 """How many trials one experiment may have."""
 
-_RANGE = re.compile(r"\s*(-?\d+)\s*\.\.\s*(-?\d+)\s*")
-_NUMBER = re.compile(r"\s*-?\d+\s*")
+_RANGE = re.compile(r"\s*(-?\d{1,40})\s*\.\.\s*(-?\d{1,40})\s*")
+_NUMBER = re.compile(r"\s*-?\d{1,40}\s*")
 
 
 def parse_seeds(value: object) -> tuple[int, ...]:
@@ -48,8 +49,10 @@ def parse_seeds(value: object) -> tuple[int, ...]:
         written = "[" + ",".join(map(str, value)) + "]"
         if not value or any(isinstance(item, bool) or not isinstance(item, int) for item in value):
             raise InputError("seed", written, EXPECTED)
+        if len(value) > MOST:
+            raise InputError("seed", written, f"must hold at most {MOST} seeds")
         seeds = tuple(_checked(item, written) for item in value)
-        twice = sorted({seed for seed in seeds if seeds.count(seed) > 1})
+        twice = sorted(seed for seed, times in Counter(seeds).items() if times > 1)
         if twice:
             raise InputError("seed", written, f"must not name a seed twice ({', '.join(map(str, twice))})")
         return seeds

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import re
 from collections.abc import Mapping
@@ -15,9 +14,14 @@ from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from origami_lab.errors import InputError
 from origami_lab.experiment.seeds import parse_seeds
+from origami_lab.objectives.mesh_reading import expanded
 
 LARGEST_BOARD = 201
 """Widest board, in points: wider ones cost memory without a use (the paper plays on 9 to 25)."""
+WORKER_BYTES = 250 * 2**20
+"""What a worker process takes besides the positions of its search."""
+POSITIONS = 66
+"""Positions that a tree search begins with, and the scratch ones."""
 SYMMETRIES = ("none", "x", "y", "xy", "xyd")
 
 Node = Mapping[str, Any]
@@ -71,7 +75,7 @@ def read_settings(config: DictConfig) -> Settings:
         "board_size": _board_size(read),
         "symmetry": read.choice("symmetry.name", SYMMETRIES, shown="symmetry"),
         "max_crease_length": read.number(
-            "max_crease_length", 0, math.inf, "must be at least 1 (a board cell), or null"
+            "max_crease_length", 0, 1e6, "must be at least 1 (a board cell), or null for no limit"
         ),
         "source_action": read.flag("source_action"),
         "driving_angle_max": read.number("driving_angle.max", 0, 180, half_turn, required=True),
@@ -80,20 +84,23 @@ def read_settings(config: DictConfig) -> Settings:
         "stuck": read.choice("stuck", ("score", "penalise")),
         "capacity": read.optional_integer("capacity", 8, 100_000),
     }
-    seeds = parse_seeds(values.get("seed"))
+    seeds = parse_seeds(read.get("seed"))
     start, objective, search = (read.part(name) for name in ("start", "objective", "search"))
     if "distance" in objective:
         read.choice("objective.distance", ("vertex", "surface", "sampled"))
+    for key in ("children", "restarts"):
+        if key in search and search["_target_"].startswith("origami_lab."):
+            search[key] = read.integer(f"search.{key}", 1, 10**9)
     target = values.get("target")
     if target is not None:
         target = read.part("target")
+        values = _with_absolute_path(values)
     elif "target" in objective:
         raise InputError(
             "target",
             "none",
             "this objective needs a target: target=bowl, cube, pyramid or mesh target.path=FILE",
         )
-    output = values.get("output")
     return Settings(
         task=_task(read.name("task"), target),
         method=read.name("method"),
@@ -106,8 +113,8 @@ def read_settings(config: DictConfig) -> Settings:
         seeds=seeds,
         budget=read.integer("budget", 1, 10**12),
         certify=read.choice("certify", ("improvements", "none")) == "improvements",
-        workers=_workers(values.get("workers"), len(seeds)),
-        output=None if output is None else Path(str(output)).expanduser(),
+        workers=_workers(read, game, len(seeds)),
+        output=_output(read.get("output")),
         resume=read.flag("resume"),
         verbosity=read.choice("verbosity", ("quiet", "normal", "verbose")),
         config=values,
@@ -136,6 +143,21 @@ def _plain(config: DictConfig) -> dict[str, Any]:
     return {str(key): value for key, value in container.items()}
 
 
+def _with_absolute_path(values: Node) -> dict[str, Any]:
+    """The configuration with a mesh that is found again when config.yaml is run from another folder."""
+
+    def absolute(target: Any) -> Any:
+        path = target.get("path") if isinstance(target, Mapping) else None
+        if not isinstance(path, str) or not path.strip():
+            return target
+        return {**target, "path": str(expanded(path).absolute())}
+
+    found = {**values, "target": absolute(values["target"])}
+    if "target" in found["objective"]:  # the same one, resolved
+        found["objective"] = {**found["objective"], "target": absolute(found["objective"]["target"])}
+    return found
+
+
 def _board_size(read: _Reader) -> int:
     expected = f"must be an odd number of points from 5 to {LARGEST_BOARD}"
     size = read.integer("board.size", 5, LARGEST_BOARD, expected)
@@ -148,17 +170,70 @@ def _tracking(read: _Reader) -> Node:
     tracking = read.get("tracking")
     if not isinstance(tracking, Mapping) or tracking.get("kind") not in ("mlflow", "none"):
         raise InputError("tracking", tracking, "must be mlflow or none")
+    for key, expected in (("uri", "an MLflow URI"), ("experiment", "the name of an MLflow experiment")):
+        value = tracking.get(key)
+        words = (str,) if key == "uri" else (str, int, float)
+        if value is not None and (isinstance(value, bool) or not isinstance(value, words) or not str(value).strip()):
+            raise InputError(f"tracking.{key}", value, f"must be {expected}, or null")
     return tracking
 
 
-def _workers(value: object, trials: int) -> int:
-    """How many trials run at a time: never more than there are."""
+def _output(value: object) -> Path | None:
+    if value is None:
+        return None
+    # a number is a name, too: output=5
+    if isinstance(value, bool) or not isinstance(value, str | int | float) or not str(value).strip():
+        raise InputError("output", value, "must be a folder, or null for a fresh one below results/")
+    path = str(value)
+    if "\0" in path:
+        raise InputError("output", value, "must be a folder; its name must not hold a null character")
+    return expanded(path)
+
+
+def _workers(read: _Reader, game: Node, trials: int) -> int:
+    """How many trials run at a time: never more than there are, nor than the memory has room for."""
+    value: Any = read.get("workers")
+    if value != "auto":
+        value = read.integer("workers", 1, 10**9, "must be auto or a number of processes from 1")
+    memory, each = _memory(), WORKER_BYTES + POSITIONS * _state_bytes(game)
+    room = memory // each
+    if room < 1:
+        names = {"capacity": "capacity", "driving_angle_count": "driving_angle.count"}
+        given = ", ".join(f"{name}={game[key]}" for key, name in names.items() if game[key] is not None)
+        raise InputError(
+            "capacity",
+            "default" if game["capacity"] is None else game["capacity"],
+            f"a search with {given} takes {each / 2**30:.0f} GB and this machine has {memory / 2**30:.0f} GB:"
+            " choose a smaller capacity or driving_angle.count",
+        )
     if value == "auto":
         cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-        return min(cores, trials)
-    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-        raise InputError("workers", value, "must be auto or a number of processes from 1")
-    return min(value, trials)
+        return min(cores, trials, room)
+    if min(value, trials) > room:
+        raise InputError(
+            "workers",
+            value,
+            f"must be at most {room}: each takes about {each / 2**30:.1f} GB of this machine's {memory / 2**30:.0f} GB",
+        )
+    return int(min(value, trials))
+
+
+def _memory() -> int:
+    """Bytes of physical memory; a terabyte where the system does not tell."""
+    try:
+        return int(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, OSError, ValueError):
+        return 2**40
+
+
+def _state_bytes(game: Node) -> int:
+    """Bytes of one game state, about: by the vertices it has room for and the driving angles."""
+    vertices = 320 if game["capacity"] is None else game["capacity"]
+    return int(vertices * (300 + 120 * game["driving_angle_count"]))
+
+
+def _is_above(value: object, high: int) -> bool:
+    return isinstance(value, int) and value > high
 
 
 class _Reader:
@@ -171,7 +246,7 @@ class _Reader:
         value: Any = self.values
         for name in key.split("."):
             if not isinstance(value, Mapping) or name not in value:
-                raise InputError(key, "?", "is missing from the configuration")
+                raise InputError(key, "(nothing)", "is missing from the configuration")
             value = value[name]
         return value
 
@@ -181,7 +256,7 @@ class _Reader:
         if isinstance(value, float) and value.is_integer():
             value = int(value)
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-            limit = f"from {low}" if high >= 10**9 else f"from {low} to {high}"
+            limit = f"from {low}" if high >= 10**9 and not _is_above(value, high) else f"from {low} to {high}"
             raise InputError(key, value, expected or f"must be a whole number {limit}")
         return value
 
@@ -202,8 +277,8 @@ class _Reader:
     def name(self, key: str) -> str:
         """A word that is also fit to be the name of a folder."""
         value = self.get(key)
-        if not isinstance(value, str) or not re.fullmatch(r"\w[\w.+-]*", value):
-            raise InputError(key, value, "must be a word of letters, digits, '.', '_', '+' and '-'")
+        if not isinstance(value, str) or not re.fullmatch(r"\w[\w.+-]{,99}", value):
+            raise InputError(key, value, "must be a word of at most 100 letters, digits, '.', '_', '+' and '-'")
         return value
 
     def flag(self, key: str) -> bool:

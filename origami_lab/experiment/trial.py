@@ -83,6 +83,8 @@ def run_trial(
     row = _row(seed, parts, outcome, design, seconds, stopped)
     facts = {"task": settings.task, "search": settings.method, "board": parts.game.board_size}
     facts |= {name: row[name] for name in ("seed", "return", "driving_angle", "interactions", "status")}
+    if parts.target is not None and parts.target.units_per_cell is not None:
+        facts["units_per_cell"] = parts.target.units_per_cell
     design = replace(design, metadata=MappingProxyType(facts))
     with folder.new_trial(seed) as path:
         warnings = _write_files(path, folder, settings, parts, outcome, design, row)

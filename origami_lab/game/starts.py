@@ -68,7 +68,10 @@ class Crease:
         """Its two panels fold differently, so no mirror may swap them; raises InputError."""
         if symmetry not in ("none", "y"):
             raise InputError(
-                "symmetry", symmetry, "must be none or y with start=crease, whose crease lies along the x axis"
+                "symmetry",
+                symmetry,
+                "must be none or y with start=crease, whose crease lies along the x axis: add symmetry=y"
+                " (without it, the target's own is taken)",
             )
 
 

@@ -1,23 +1,18 @@
-"""Mesh files as targets: reading, placing on the board, refusing what cannot be one before work starts."""
+"""Mesh files as targets: placing what was read on the board, refusing what cannot be one before work starts."""
 
 from __future__ import annotations
 
-import contextlib
-import io
-import logging
 import math
-import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from origami_lab.errors import InputError
+from origami_lab.objectives.mesh_reading import Array, Indices, read_mesh, used
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-
+MOST_FACES = 10_000_000
+"""The largest ``max_faces``: such a mesh takes gigabytes."""
 FIT_SHARE = 0.8
 """``fit=board`` uses this share of the sheet's half-width."""
 
@@ -32,7 +27,7 @@ def load_mesh(
     closed: str | bool = "auto",
     board_size: int = 25,
     max_faces: int = 200_000,
-) -> tuple[Array, Indices, bool]:
+) -> tuple[Array, Indices, bool, float]:
     """Read a mesh and place it; the steps are done in the order rotate, fit, scale, translate, align_z.
 
     Parameters
@@ -64,14 +59,14 @@ def load_mesh(
 
     Returns
     -------
-    vertices (V, 3), faces (F, 3), closed
+    vertices (V, 3), faces (F, 3), closed, and units of the file per board cell
 
     Raises
     ------
     InputError
-        If a setting is wrong; if the file is missing, a folder, empty, unreadable, of an unknown kind,
-        without triangles, without area, or not finite; if it is open where ``closed=True``; if the result
-        is smaller than a tenth of a board cell, larger than 100 boards, or further away than that.
+        If a setting is wrong; if the file cannot be read (see :func:`read_mesh`) or has no area; if it is open
+        where ``closed=True``; if the result is smaller than a tenth of a board cell, larger than two boards, or
+        further away than that.
     """
     # settings first: they are cheap to check
     if not (_is_number(scale) and scale > 0.0):
@@ -80,7 +75,11 @@ def load_mesh(
     shift = _numbers("target.translate", translate, 3, "three lengths in board units, e.g. [0,0,-1]")
     if fit not in (None, "board"):
         raise InputError("target.fit", fit, "must be board or null")
-    if closed not in ("auto", True, False):
+    if not (isinstance(path, str | Path) and str(path).strip()):
+        raise InputError("target.path", path, "must be a mesh file: target.path=part.stl")
+    if isinstance(max_faces, bool) or not isinstance(max_faces, int) or not 1 <= max_faces <= MOST_FACES:
+        raise InputError("target.max_faces", max_faces, f"must be a whole number from 1 to {MOST_FACES}")
+    if (isinstance(closed, float | int) and not isinstance(closed, bool)) or closed not in ("auto", True, False):
         raise InputError("target.closed", closed, "must be auto, true or false")
     place: Array | None = None
     if not isinstance(align_z, bool):
@@ -88,13 +87,15 @@ def load_mesh(
     elif align_z:
         place = np.zeros(2)
 
-    vertices, faces = _read(Path(path).expanduser(), max_faces)
+    vertices, faces = read_mesh(Path(path), max_faces)
     vertices, faces = _weld(vertices, faces)
     if len(faces) == 0:
         raise InputError("target.path", path, "its triangles have no area")
     vertices = vertices @ _rotation(angles).T
+    cells_per_unit = float(scale)
     if fit == "board":
-        vertices = _fit(vertices, FIT_SHARE * 0.5 * (board_size - 1))
+        vertices, factor = _fit(vertices, FIT_SHARE * 0.5 * (board_size - 1))
+        cells_per_unit *= factor
     vertices = vertices * scale + shift
     if place is not None:
         vertices[:, 2] -= _height(vertices[faces], place, path)
@@ -121,7 +122,8 @@ def load_mesh(
         raise InputError(
             "target.closed", closed, f"{path} has {open_edges} open edges: repair it, or choose auto or false"
         )
-    return vertices, faces, open_edges == 0 if closed == "auto" else bool(closed)
+    is_closed = open_edges == 0 if closed == "auto" else bool(closed)
+    return vertices, faces, is_closed, 1.0 / cells_per_unit
 
 
 def count_open_edges(faces: Indices) -> int:
@@ -146,83 +148,6 @@ def _numbers(field: str, values: Sequence[float] | str, count: int, expected: st
     return np.array(items, dtype=np.float64)
 
 
-@contextlib.contextmanager
-def _silence() -> Iterator[None]:
-    """Keep trimesh's warnings, log records and prints from the terminal: what matters is said in one line."""
-    logger = logging.getLogger("trimesh")
-    level = logger.level
-    logger.setLevel(logging.CRITICAL + 1)  # its children inherit it
-    try:
-        with (
-            warnings.catch_warnings(),
-            contextlib.redirect_stdout(io.StringIO()),
-            contextlib.redirect_stderr(io.StringIO()),
-        ):
-            warnings.simplefilter("ignore")
-            yield
-    finally:
-        logger.setLevel(level)
-
-
-def _read(path: Path, max_faces: int) -> tuple[Array, Indices]:
-    """All triangles of a file in one frame, checked for what makes them unusable."""
-    import trimesh  # here: half a second that only a mesh file needs
-
-    formats = sorted(trimesh.exchange.load.mesh_formats())
-    if not path.exists():
-        raise InputError("target.path", path, "no such file")
-    if not path.is_file():
-        raise InputError("target.path", path, "must be a file")
-    kind = path.suffix.lower().lstrip(".")
-    if kind not in formats:
-        raise InputError("target.path", path, f"unknown kind of mesh file: must end in .{', .'.join(formats)}")
-    try:
-        if path.stat().st_size == 0:
-            raise InputError("target.path", path, "the file is empty")
-        with _silence():
-            scene = trimesh.load_scene(path, process=False)
-            parts = []
-            for node in scene.graph.nodes_geometry:
-                matrix, geometry_name = scene.graph[node]
-                geometry = scene.geometry[geometry_name]
-                if isinstance(geometry, trimesh.Trimesh) and len(geometry.faces):
-                    points = np.asarray(geometry.vertices, dtype=np.float64)
-                    parts.append((points @ matrix[:3, :3].T + matrix[:3, 3], np.asarray(geometry.faces, np.int64)))
-    except InputError:
-        raise
-    except Exception as error:  # a broken file can raise anything in any of trimesh's readers
-        reason = " ".join(str(error).split())[:100] or type(error).__name__
-        raise InputError("target.path", path, f"cannot be read as a .{kind} mesh ({reason})") from error
-    if not parts:
-        raise InputError("target.path", path, "the file has no triangles")
-    number = sum(len(faces) for _, faces in parts)
-    if number > max_faces:
-        raise InputError(
-            "target.path",
-            path,
-            f"has {number} triangles, at most {max_faces} are accepted: decimate it (Blender, MeshLab)"
-            " or raise target.max_faces",
-        )
-    offsets = np.cumsum([0] + [len(points) for points, _ in parts])
-    vertices = np.concatenate([points for points, _ in parts])
-    faces = np.concatenate([part + offset for (_, part), offset in zip(parts, offsets[:-1], strict=True)])
-    for points, part in parts:
-        if part.min() < 0 or part.max() >= len(points):
-            raise InputError("target.path", path, "its triangles name vertices that do not exist")
-    vertices, faces = _used(vertices, faces)
-    if not np.isfinite(vertices).all():
-        raise InputError("target.path", path, "its coordinates must be finite numbers")
-    if not np.abs(vertices).max() < 1e100:
-        raise InputError("target.path", path, "its coordinates are absurdly large (1e100 or more)")
-    return vertices, faces
-
-
-def _used(vertices: Array, faces: Indices) -> tuple[Array, Indices]:
-    """Without the vertices no face uses."""
-    used, index = np.unique(faces, return_inverse=True)
-    return vertices[used], index.reshape(-1, 3).astype(np.int64)
-
-
 def _weld(vertices: Array, faces: Indices) -> tuple[Array, Indices]:
     """Join vertices that agree within 1e-9 of the size (STL repeats them, OBJ at seams); drop empty faces."""
     low = vertices.min(axis=0)
@@ -242,7 +167,7 @@ def _weld(vertices: Array, faces: Indices) -> tuple[Array, Indices]:
     if not double_areas.sum() > 1e-12:
         return vertices, faces[:0]
     # slivers stay: without them the mesh would have a gap
-    return _used(vertices, faces[distinct])
+    return used(vertices, faces[distinct])
 
 
 def _rotation(degrees: Array) -> Array:
@@ -262,12 +187,13 @@ def _rotation(degrees: Array) -> Array:
     return result
 
 
-def _fit(vertices: Array, reach: float) -> Array:
-    """Centred over the origin, standing on z = 0, half the xy extent plus the height scaled to ``reach``."""
+def _fit(vertices: Array, reach: float) -> tuple[Array, float]:
+    """Centred over the origin, standing on z = 0, half the xy extent plus the height scaled to ``reach``; by what."""
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     width, depth, height = high - low
     base = np.array([0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), low[2]])
-    return np.asarray((vertices - base) * (reach / (0.5 * max(width, depth) + height)))
+    factor = float(reach / (0.5 * max(width, depth) + height))
+    return (vertices - base) * factor, factor
 
 
 def _height(triangles: Array, place: Array, path: object) -> float:

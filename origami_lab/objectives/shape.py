@@ -71,8 +71,11 @@ class ShapeObjective:
             raise InputError("target", target, "must be a target surface, such as target=bowl, for objective=shape")
         if distance not in get_args(Distance):
             raise InputError("objective.distance", distance, "must be vertex, surface or sampled")
-        if not tolerance > 0:
-            raise InputError("objective.tolerance", tolerance, "must be a positive length in board cells")
+        if isinstance(tolerance, bool) or not isinstance(tolerance, int | float) or not 1e-6 <= tolerance < math.inf:
+            raise InputError("objective.tolerance", tolerance, "must be a length in board cells, at least 1e-6")
+        for name, number, low, high in (("samples", samples, 1, 10**7), ("sample_seed", sample_seed, 0, 2**63 - 1)):
+            if isinstance(number, bool) or not isinstance(number, int) or not low <= number <= high:
+                raise InputError(f"objective.{name}", number, f"must be a whole number from {low} to {high}")
         self.target, self.distance = target, distance
         self.tolerance, self.samples, self.sample_seed = tolerance, samples, sample_seed
 

@@ -40,12 +40,15 @@ class Target:
     closed
         Whether the surface bounds a solid: folded parts inside it then add nothing to the distance from the
         folded surface to the target.
+    units_per_cell
+        Units of the file that it came from in a board cell; None if it came from none.
     """
 
     name: str
     vertices: Array
     faces: NDArray[np.int64]
     closed: bool
+    units_per_cell: float | None = None
 
     def __post_init__(self) -> None:
         vertices = np.array(self.vertices, dtype=np.float64, order="C") + 0.0  # no negative zeros
@@ -120,9 +123,19 @@ class Target:
         )
 
 
+LARGEST = 1e4
+"""Board units: no board is so large by far, and with squares of absurd numbers nothing can be computed."""
+
+
 def _positive(field: str, value: float) -> float:
-    if not (math.isfinite(value) and value > 0.0):
-        raise InputError(field, value, "must be a positive number (board units)")
+    if not _number(field, value) >= 1.0 / LARGEST:
+        raise InputError(field, value, f"must be a number from {1.0 / LARGEST:g} to {LARGEST:g} (board units)")
+    return float(value)
+
+
+def _number(field: str, value: float) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= LARGEST:
+        raise InputError(field, value, f"must be a number up to {LARGEST:g} (board units)")
     return float(value)
 
 
@@ -191,13 +204,13 @@ def bowl(
         If the numbers do not describe a bowl.
     """
     _positive("target.inner", inner)
-    if not outer > inner or not math.isfinite(outer):
+    if not _positive("target.outer", outer) > inner:
         raise InputError("target.outer", outer, f"must be above target.inner={inner}")
-    for field, value in (("target.coefficient", coefficient), ("target.offset", offset)):
-        if not math.isfinite(value):
-            raise InputError(field, value, "must be a finite number")
-    if not error >= 1e-5 * outer:
-        raise InputError("target.error", error, f"must be at least {1e-5 * outer:g} (size of the mesh)")
+    if abs(_number("target.coefficient", coefficient)) * outer * outer > 100.0 * outer:
+        expected = f"must be at most {100.0 / outer:g}: the bowl would be 100 times as deep as it is wide"
+        raise InputError("target.coefficient", coefficient, expected)
+    _number("target.offset", offset)
+    _positive("target.error", error)
     count, steps = _bowl_resolution(coefficient, inner, outer, error)
 
     vertices: list[tuple[float, float, float]] = []
@@ -235,18 +248,24 @@ def bowl(
     return Target("bowl", np.array(vertices), np.array(faces), closed=False)
 
 
+MOST_AROUND = 512
+"""Points around a bowl: the default one has 128."""
+
+
 def _bowl_resolution(coefficient: float, inner: float, outer: float, error: float) -> tuple[int, int]:
     """Points per ring (8·2^k) and steps between rings (even) that keep a bowl's mesh within ``error``."""
     count = 8
     while outer * (1.0 - math.cos(math.pi / count)) > error:  # sagitta of the rim
         count *= 2
-    while True:
+    while count <= MOST_AROUND:
         for steps in range(2, count // 2 + 1, 2):
             radii = [inner + (outer - inner) * i / steps for i in range(steps + 1)]
             gaps = [_gap(coefficient, *pair, count) for r, s in pairwise(radii) for pair in ((r, s), (s, r))]
             if max(gaps) <= error:
                 return count, steps
         count *= 2
+    expected = f"would need more than {MOST_AROUND} points around for this bowl: must be larger, or the bowl smaller"
+    raise InputError("target.error", error, expected)
 
 
 def _gap(coefficient: float, base: float, tip: float, count: int) -> float:
@@ -300,5 +319,7 @@ def mesh(
     InputError
         If the file or a setting is unusable; one line that says why.
     """
-    vertices, faces, is_closed = load_mesh(path, scale, rotate, translate, fit, align_z, closed, board_size, max_faces)
-    return Target(Path(path).stem if name is None else name, vertices, faces, is_closed)
+    vertices, faces, is_closed, units = load_mesh(
+        path, scale, rotate, translate, fit, align_z, closed, board_size, max_faces
+    )
+    return Target(Path(path).stem if name is None else name, vertices, faces, is_closed, units)

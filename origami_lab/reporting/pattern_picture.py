@@ -21,15 +21,18 @@ from origami_lab.reporting.scene import MOUNTAIN, VALLEY
 _PAPER = "#fdf6e9"
 _INK, _QUIET, _GRID = "#15161c", "#5a5e6c", "#e8eaee"
 _STYLES: dict[str, tuple[str, Any]] = {  # in the order of drawing
-    "F": ("#8a8d96", "solid"),
-    "J": ("#8a8d96", "solid"),
+    "F": ("#b3b6bf", "solid"),
+    "J": ("#b3b6bf", "solid"),
     "U": ("#8a8d96", "dotted"),
     "V": (VALLEY, (0, (4.2, 1.6))),
     "M": (MOUNTAIN, "solid"),
     "C": ("#1c9c3c", "solid"),
     "B": ("#15161c", "solid"),
 }
-_NAMES = {"M": "mountain", "V": "valley", "F": "flat", "U": "unassigned", "C": "cut", "B": "boundary"}
+_WIDTHS = {"F": 0.8, "J": 0.8}
+"""Lines that do not fold are thinner than the others."""
+_WIDTH, _DRIVEN_WIDTH = 2.0, 3.6
+_NAMES = {"M": "mountain", "V": "valley", "F": "flat (does not fold)", "U": "unassigned", "C": "cut", "B": "boundary"}
 _MODES = {1: ("#12876f", "mode M = +1"), -1: ("#8e3fb0", "mode M = −1"), 0: ("#a2a5ae", "leaf")}
 _GLOW = {"M": "#f9c9c4", "V": "#c6d8f8", "F": "#dddee2"}
 
@@ -37,7 +40,7 @@ _GLOW = {"M": "#f9c9c4", "V": "#c6d8f8", "F": "#dddee2"}
 def draw_pattern(fold: FoldFile, path: str | os.PathLike[str], *, size: int = 900) -> None:
     """A PNG, ``size`` pixels square, of the crease pattern.
 
-    Mountains red and solid, valleys blue and dashed, the boundary black, flat creases grey, driven creases
+    Mountains red and solid, valleys blue and dashed, the boundary black, flat creases thin and grey, driven creases
     thicker on a glow; vertices by rigid body mode.
     """
     figure = Figure(figsize=(9, 9), dpi=size / 9, facecolor="white")
@@ -115,7 +118,7 @@ def _draw_creases(
         chosen = segments[driven & (letters == letter)]
         axes.add_collection(LineCollection(chosen, colors=glow, linewidths=10.0 * thin, capstyle="round", zorder=2))
     for letter, (colour, style) in _STYLES.items():
-        for thick, width in ((False, 2.0), (True, 3.6)):
+        for thick, width in ((False, _WIDTHS.get(letter, _WIDTH)), (True, _DRIVEN_WIDTH)):
             chosen = segments[(driven == thick) & (letters == letter)]
             axes.add_collection(
                 LineCollection(chosen, colors=colour, linestyles=[style], linewidths=width * thin, zorder=3)
@@ -137,7 +140,8 @@ def _legend(fold: FoldFile, letters: NDArray[np.str_], driven: NDArray[np.bool_]
     for letter, label in _NAMES.items():
         if letter in letters:
             colour, style = _STYLES[letter]
-            entries.append(Line2D([], [], color=colour, linestyle=style, linewidth=2.2, label=label))
+            width = 1.1 * _WIDTHS.get(letter, _WIDTH)
+            entries.append(Line2D([], [], color=colour, linestyle=style, linewidth=width, label=label))
     if driven.any():
         colour = _STYLES[str(letters[driven][0])][0]
         glow = withStroke(linewidth=10.0, foreground=_GLOW.get(str(letters[driven][0]), "#dddddd"))

@@ -35,6 +35,9 @@ COLUMNS = (
 )
 """Columns of trials.csv; angles in degrees, empty where there is no value."""
 
+NARROW = 72
+"""A terminal of fewer columns cannot show all that a trial has to tell."""
+
 RETURNS = ("return", "return_vertex", "return_surface", "return_sampled")
 TIMINGS = ("seconds", "interactions_per_second")
 """Columns that differ from run to run."""
@@ -127,8 +130,8 @@ def _value(column: str, cell: str) -> int | float | str | None:
         return cell
 
 
-def summary_table(rows: Sequence[Row], title: str | None = None) -> Table:
-    """The trials and their mean ± std, for a terminal of 80 columns."""
+def summary_table(rows: Sequence[Row], title: str | None = None, width: int = 80) -> Table:
+    """The trials and their mean ± std, for a terminal of 80 columns; a narrow one gets what matters most."""
     from rich import box
     from rich.table import Table
 
@@ -136,7 +139,8 @@ def summary_table(rows: Sequence[Row], title: str | None = None) -> Table:
     measured = [name for name in RETURNS[1:] if any(row.get(name) is not None for row in rows)]
     # the distance that the search used is the return: said once
     same = [name for name in measured if not any(_differs(row.get(name), row.get("return")) for row in rows)]
-    returns = ["return", *(name for name in measured if name not in same[:1])]
+    wide = width >= NARROW
+    returns = ["return", *(name for name in measured if name not in same[:1] and wide)]
     several = len(rows) > 1
     table = Table(
         title=title,
@@ -152,7 +156,7 @@ def summary_table(rows: Sequence[Row], title: str | None = None) -> Table:
     for name in returns:
         footer = f"{_number(found[name].mean, '.4f')}\n{_number(found[name].std, '.4f')}" if name in found else ""
         table.add_column(name.removeprefix("return_"), footer, justify="right")
-    for shown in ("angle °", "best at", "vertices"):
+    for shown in ("angle °", "best at", "vertices") if wide else ("angle °",):
         table.add_column(shown, justify="right")
     shows_status = any(row["status"] != OK for row in rows)
     if shows_status:
@@ -162,12 +166,23 @@ def summary_table(rows: Sequence[Row], title: str | None = None) -> Table:
             str(row["seed"]),
             *(_number(row.get(name), ".4f") for name in returns),
             _number(row.get("driving_angle"), ".1f"),
-            _number(row.get("interactions_to_best"), ",d"),
-            _number(row.get("vertices"), "d"),
+            *((_number(row.get("interactions_to_best"), ",d"), _number(row.get("vertices"), "d")) if wide else ()),
             *([str(row["status"]).partition(":")[0]] if shows_status else []),
             style="bold" if row is best and several else None,
         )
     return table
+
+
+def hint(rows: Iterable[Row]) -> str | None:
+    """One line on what usually helps where trials ended without a design; None if all have one."""
+    empty = sum(row["status"] == NO_DESIGN for row in rows)
+    if not empty:
+        return None
+    trials = "1 trial" if empty == 1 else f"{empty} trials"
+    return (
+        f"{trials} found no design that folds: what usually helps is a larger budget, "
+        "start.size=1 or 2, a symmetry, or a larger max_crease_length"
+    )
 
 
 def _differs(value: float | None, other: float | None) -> bool:

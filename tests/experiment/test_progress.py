@@ -26,6 +26,7 @@ EVENTS = (
 
 
 def shown(terminal: bool, monkeypatch: pytest.MonkeyPatch, verbosity: str = "normal") -> str:
+    monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setattr(progress, "LINE_EVERY", 0.0)
     out = io.StringIO()
     console = Console(file=out, force_terminal=terminal, width=100)
@@ -64,11 +65,44 @@ def test_compilation_is_announced_once(monkeypatch: pytest.MonkeyPatch) -> None:
     assert text.count("compiled in") == 1
 
 
-def test_the_display_fits_where_the_output_goes() -> None:
+def test_the_display_fits_where_the_output_goes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TERM", "xterm")
     log, terminal = Console(file=io.StringIO()), Console(file=io.StringIO(), force_terminal=True)
     assert type(make_display(log, "normal", [0], 1)) is PlainDisplay
     assert type(make_display(terminal, "normal", [0], 1)) is LiveDisplay
     assert type(make_display(terminal, "quiet", [0], 1)) is QuietDisplay
+    monkeypatch.setenv("TERM", "dumb")
+    assert type(make_display(terminal, "normal", [0], 1)) is PlainDisplay
+
+
+def test_drawing_is_said_once_and_no_design_has_no_return(monkeypatch: pytest.MonkeyPatch) -> None:
+    out = io.StringIO()
+    with make_display(Console(file=out, width=100), "normal", [3], 100) as display:
+        for event in (Started(3), Progress(3, 100, None), Progress(3, 100, None)):
+            display.show(event)
+        display.show(Finished(3, {**ROW, "return": -24.0, "status": "no design"}, []))
+    assert out.getvalue().count("drawing its pictures") == 1
+    assert "seed 3: 100 interactions, 50/s, no design\n" in out.getvalue()
+    assert "-24" not in out.getvalue()
+
+
+def test_notes_are_not_for_the_quiet() -> None:
+    out = io.StringIO()
+    for verbosity in ("quiet", "normal"):
+        make_display(Console(file=out), verbosity, [3], 100).note(verbosity)
+    assert out.getvalue() == "normal\n"
+
+
+def test_a_narrow_terminal_keeps_what_matters() -> None:
+    out = io.StringIO()
+    console = Console(file=out, force_terminal=True, width=40)
+    display = LiveDisplay(console, [3], 100)
+    for event in (Started(3), Progress(3, 60, -1.25)):
+        display.show(event)
+    console.print(display._table())
+    line = next(line for line in out.getvalue().splitlines() if "-1.2500" in line)
+    assert "running" in line
+    assert "60" in line
 
 
 def test_many_trials_fit_a_screen() -> None:

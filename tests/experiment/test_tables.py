@@ -16,6 +16,7 @@ from origami_lab.reporting.tables import (
     INTEGERS,
     best_row,
     format_trials,
+    hint,
     read_trials,
     spreads,
     summary_table,
@@ -87,3 +88,20 @@ def test_a_number_that_is_missing_is_a_dash() -> None:
     out = io.StringIO()
     Console(file=out, width=80).print(summary_table([row(0, math.nan), row(1, None, "failed: x")]))
     assert "nan" not in out.getvalue()
+
+
+def test_a_narrow_terminal_gets_what_matters_most() -> None:
+    trials = [{**row(0, -1.25), "return_surface": -2.5, "driving_angle": 90.0, "vertices": 16}]
+    out = io.StringIO()
+    Console(file=out, width=40).print(summary_table(trials, width=40))
+    assert "-1.2500" in out.getvalue()
+    assert "90.0" in out.getvalue()
+    assert "…" not in out.getvalue()
+
+
+def test_a_trial_without_a_design_brings_advice() -> None:
+    assert hint([row(0, -1.0)]) is None
+    advice = hint([row(0, -1.0), row(1, None, "no design")])
+    assert advice is not None
+    assert advice.startswith("1 trial found no design")
+    assert "budget" in advice

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import base64
 import itertools
+import json
 import logging
 import math
+import os
 import pickle
 from pathlib import Path
 from typing import Any
@@ -270,6 +273,22 @@ def _write(path: Path, text: str) -> Path:
     return path
 
 
+def gltf(uri: str | None = None, count: int = 3, nodes: Any = ({"mesh": 0},)) -> str:
+    """One triangle as glTF."""
+    corners = np.array([[0, 0, 0], [4, 0, 0], [0, 4, 1]], np.float32).tobytes()
+    data = "data:application/octet-stream;base64," + base64.b64encode(corners).decode()
+    document = {
+        "asset": {"version": "2.0"},
+        "buffers": [{"uri": uri or data, "byteLength": 36}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": count, "type": "VEC3"}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "nodes": list(nodes),
+        "scenes": [{"nodes": list(range(len(nodes)))}],
+    }
+    return json.dumps(document)
+
+
 BAD_FILES = {
     "missing.stl": (None, "no such file"),
     "empty.stl": ("", "the file is empty"),
@@ -285,6 +304,15 @@ BAD_FILES = {
     "huge.obj": ("v 0 0 0\nv 1e200 0 0\nv 0 1e200 0\nf 1 2 3\n", "absurdly large"),
     "line.obj": ("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "no area"),
     "dot.obj": ("v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n", "no area"),
+    "minus.ply": ("ply\nformat ascii 1.0\nelement vertex -3\nend_header\n", "cannot be read as a .ply|no triangles"),
+    "count.off": ("OFF\n3 999999999999 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "has 999999999999 triangles"),
+    "room.ply": ("ply\nformat ascii 1.0\nelement vertex 99999999\nend_header\n", "claims 99999999 vertices"),
+    "deep.gltf": ("[" * 200_000, "cannot be read as a .gltf"),
+    "outside.gltf": (gltf(uri="../../etc/passwd"), "outside its folder"),
+    "device.gltf": (gltf(uri="/dev/zero"), "outside its folder"),
+    "web.gltf": (gltf(uri="http://localhost:9/x"), "is missing"),
+    "zeros.gltf": (gltf(count=10**12), "has 333333333333 triangles"),
+    "many.gltf": (gltf(nodes=[{"mesh": 0}] * 300_000), "has 300000 triangles"),
     "index.off": ("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n", "do not exist|cannot be read"),
 }
 
@@ -305,6 +333,54 @@ def test_bad_files(
     out = capfd.readouterr()
     assert out.out + out.err == ""
     assert not [record for record in caplog.records if record.name.startswith("trimesh")]
+
+
+def test_a_gltf_triangle_is_a_mesh(tmp_path: Path) -> None:
+    assert mesh(_write(tmp_path / "one.gltf", gltf())).area == pytest.approx(0.5 * 4 * math.hypot(4, 1))
+
+
+def test_what_is_no_regular_file_is_not_opened(tmp_path: Path) -> None:
+    (tmp_path / "loop.stl").symlink_to(tmp_path / "loop.stl")
+    (tmp_path / "zero.stl").symlink_to("/dev/zero")
+    os.mkfifo(tmp_path / "pipe.stl")
+    for name, message in (("loop", "no such file"), ("zero", "must be a file"), ("pipe", "must be a file")):
+        with pytest.raises(InputError, match=message):
+            mesh(tmp_path / f"{name}.stl")
+    for name in ("a" * 300, "nul\0"):
+        with pytest.raises(InputError, match="no such file"):
+            mesh(tmp_path / f"{name}.stl")
+
+
+@pytest.mark.parametrize("kind", ["stl", "ascii.stl", "obj", "ply", "off", "glb"])
+def test_too_many_triangles_are_counted_before_they_are_parsed(
+    tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / f"part.{kind.rpartition('.')[2]}"
+    if kind == "ascii.stl":
+        path.write_text(trimesh.exchange.stl.export_stl_ascii(box()))
+    else:
+        box().export(path)
+    monkeypatch.setattr(trimesh, "load_scene", None)
+    with pytest.raises(InputError, match="has 12 triangles, at most 11"):
+        mesh(path, max_faces=11)
+    with (tmp_path / "huge.stl").open("wb") as file:
+        file.truncate(2**32)
+    with pytest.raises(InputError, match=r"is 4\.0 GB large"):
+        mesh(tmp_path / "huge.stl")
+
+
+def test_materials_are_not_read(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "part.mtl")
+    path = _write(tmp_path / "part.obj", "mtllib part.mtl\nmtllib /dev/zero\n" + box().export(file_type="obj"))
+    assert mesh(path).area == pytest.approx(28)
+
+
+def test_units_of_the_file_per_cell(tmp_path: Path, stl: Path) -> None:
+    for settings in ({}, {"scale": 0.5}, {"fit": "board"}, {"fit": "board", "scale": 0.5}):
+        target = mesh(stl, **settings)
+        # the box is 4 units long
+        assert np.ptp(target.vertices[:, 0]) * target.units_per_cell == pytest.approx(4)
+    assert cube().units_per_cell is None
 
 
 def test_a_folder_is_no_mesh(tmp_path: Path) -> None:

@@ -1,0 +1,37 @@
+"""A small slice of `python -m benchmarks.fuzz`: whatever is given, one line and the right exit code."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from benchmarks import fuzz
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from origami_lab.experiment import runner
+
+    monkeypatch.chdir(tmp_path)
+    # what the fuzz replaces comes back afterwards
+    for name in ("Pool", "make_tracker"):
+        monkeypatch.setattr(runner, name, getattr(runner, name))
+
+
+@pytest.mark.slow
+def test_random_overrides_are_refused_or_understood() -> None:
+    cases = [fuzz.run_inside(arguments) for arguments in fuzz.override_cases(25, seed=3)]
+    assert [
+        (case.fault, case.arguments, case.error) for case in cases if case.fault and "memory" not in case.fault
+    ] == []
+    assert {case.code for case in cases} == {0, 2}
+
+
+@pytest.mark.slow
+def test_mutated_meshes_are_refused_or_read(tmp_path: Path) -> None:
+    cases = [fuzz.run_inside(arguments) for arguments in fuzz.mesh_cases(16, 3, tmp_path)]
+    assert [
+        (case.fault, case.arguments, case.error) for case in cases if case.fault and "memory" not in case.fault
+    ] == []
+    assert {case.code for case in cases} == {0, 2}
