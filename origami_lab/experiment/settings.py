@@ -20,7 +20,7 @@ LARGEST_BOARD = 201
 """Widest board, in points: wider ones cost memory without a use (the paper plays on 9 to 25)."""
 WORKER_BYTES = 250 * 2**20
 """What a worker process takes besides the positions of its search."""
-POSITIONS = 66
+POSITIONS = 8
 """Positions that a tree search begins with, and the scratch ones."""
 SYMMETRIES = ("none", "x", "y", "xy", "xyd")
 
