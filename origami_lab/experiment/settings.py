@@ -46,6 +46,8 @@ class Settings:
     certify: bool
     workers: int
     """Trials at a time."""
+    objective_seconds: float | None
+    """Longest that one call of a user's objective may take; None for no limit."""
     output: Path | None
     """The run folder; None for a fresh one below results/."""
     resume: bool
@@ -107,6 +109,7 @@ def read_settings(config: DictConfig) -> Settings:
         budget=read.integer("budget", 1, 10**12),
         certify=read.choice("certify", ("improvements", "none")) == "improvements",
         workers=_workers(values.get("workers"), len(seeds)),
+        objective_seconds=read.number("objective_seconds", 0, math.inf, "must be seconds above 0, or null"),
         output=None if output is None else Path(str(output)).expanduser(),
         resume=read.flag("resume"),
         verbosity=read.choice("verbosity", ("quiet", "normal", "verbose")),

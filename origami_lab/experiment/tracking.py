@@ -45,8 +45,8 @@ class Tracker(Protocol):
         """A trial ended; its folder, if it has one, is complete."""
         ...
 
-    def finish(self, summary: Mapping[str, Any]) -> None:
-        """The experiment ended; all its files are complete."""
+    def finish(self, summary: Mapping[str, Any], patience: float) -> None:
+        """The experiment ended; all its files are complete. Waits for no more than ``patience`` seconds."""
         ...
 
 
@@ -54,7 +54,7 @@ class NullTracker:
     """Tracks nothing."""
 
     def trial(self, row: Row) -> None: ...
-    def finish(self, summary: Mapping[str, Any]) -> None: ...
+    def finish(self, summary: Mapping[str, Any], patience: float) -> None: ...
 
 
 def make_tracker(settings: Settings, folder: Path, say: Say) -> Tracker:
@@ -82,12 +82,12 @@ class MlflowTracker:
     def trial(self, row: Row) -> None:
         self._jobs.put(lambda runs: runs.log_trial(row))
 
-    def finish(self, summary: Mapping[str, Any]) -> None:
+    def finish(self, summary: Mapping[str, Any], patience: float = PATIENCE_SECONDS) -> None:
         self._jobs.put(lambda runs: runs.log_summary(summary))
         self._jobs.put(None)
-        deadline = time.monotonic() + PATIENCE_SECONDS
+        deadline = time.monotonic() + patience
         try:
-            self._thread.join(3.0)
+            self._thread.join(min(patience, 3.0))
             if self._thread.is_alive():
                 self._say("writing to MLflow ...")
                 self._thread.join(max(deadline - time.monotonic(), 0.0))
