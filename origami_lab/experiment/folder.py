@@ -207,6 +207,7 @@ class RunFolder:
             yield temporary
             for file in temporary.iterdir():
                 _sync(file)
+            (self.path / f"seed={seed}.error.txt").unlink(missing_ok=True)
             final = self.trial(seed)
             if final.exists():  # a stopped trial that ran again
                 old = self.path / f".seed={seed}.old.tmp"
@@ -216,7 +217,6 @@ class RunFolder:
                 shutil.rmtree(old, ignore_errors=True)
             else:
                 temporary.replace(final)
-            (self.path / f"seed={seed}.error.txt").unlink(missing_ok=True)
         except OSError as error:
             raise FolderError(error) from error
         finally:

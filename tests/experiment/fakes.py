@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ctypes
 import math
 import os
+import shutil
 from pathlib import Path
 
 
@@ -26,18 +28,54 @@ class Beacon(Height):
         return super().score(sheet)
 
 
-class Broken:
-    """Fails in one way or another."""
+class Broken(Height):
+    """Fails in one trial after the other, each time in another way, and then no more.
 
-    def __init__(self, how: str) -> None:
-        self.how = how
+    Parameters
+    ----------
+    ways
+        Names of the methods below.
+    notes
+        An existing folder, to note what was done.
+    """
+
+    def __init__(self, ways: list[str], notes: str) -> None:
+        self.ways, self.notes = ways, Path(notes)
 
     def score(self, sheet: object) -> float:
-        if self.how == "raises":
-            raise RuntimeError("the kettle is empty\nsecond line")
-        if self.how == "not a number":
-            return math.nan
+        for way in self.ways:
+            note = self.notes / way
+            if not note.exists():
+                note.touch()
+                getattr(self, way)()
+                return math.nan
+        return super().score(sheet)
+
+    def raises(self) -> None:
+        raise RuntimeError("the kettle is empty\nsecond line")
+
+    def gives_nan(self) -> None:
+        pass
+
+    def dies(self) -> None:
         os._exit(3)
+
+    def leaves(self) -> None:
+        raise SystemExit(4)
+
+    def hangs_in_c(self) -> None:
+        ctypes.PyDLL(None).sleep(1000)
+
+
+class Vandal(Height):
+    """Removes the folder it is told."""
+
+    def __init__(self, folder: str) -> None:
+        self.folder = Path(folder)
+
+    def score(self, sheet: object) -> float:
+        shutil.rmtree(self.folder, ignore_errors=True)
+        return super().score(sheet)
 
 
 class NoObjective:
