@@ -48,6 +48,8 @@ _LEFTOVER = re.compile(
 )
 """Names of what is being written, or was when the run was killed."""
 
+_LOCK = ".running"
+
 NO_ROOM = ("the disk is full", "the disk quota is used up")
 _TROUBLES = {
     errno.ENOSPC: NO_ROOM[0],
@@ -106,7 +108,7 @@ class RunFolder:
             folder = cls(_fresh_folder(settings, now) if output is None else output)
             if settings.resume and folder.has_begun:
                 folder._check_same(settings)
-            elif folder.path.exists() and any(not _LEFTOVER.fullmatch(file.name) for file in folder.path.iterdir()):
+            elif folder.path.exists() and not folder._is_empty():
                 expected = "must be a new or empty folder; resume=true finishes the run in it"
                 if settings.resume:
                     expected = "must be the folder of a run, there is no config.yaml in it"
@@ -118,6 +120,9 @@ class RunFolder:
             where = output or RESULTS
             reason = error.strerror or str(error)
             raise InputError("output", where, f"must be a folder that can be written ({reason})") from error
+
+    def _is_empty(self) -> bool:
+        return all(file.name == _LOCK or _LEFTOVER.fullmatch(file.name) for file in self.path.iterdir())
 
     def _check_same(self, settings: Settings) -> None:
         differing = _differences(self.config(), settings.config)
@@ -254,24 +259,40 @@ def _sync(file: Path) -> None:
 
 
 @contextmanager
-def _locked(path: Path) -> Iterator[None]:
+def _locked(folder: Path) -> Iterator[None]:
     """Refuse a second process in a folder. The system drops the lock when the process ends, in whatever way."""
     try:
         import fcntl
-    except ImportError:  # Windows has no locks on folders
+    except ImportError:  # Windows
         yield
         return
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
+    path = folder / _LOCK
+    while True:
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT)
         try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            raise InputError("output", path, "must be a folder that no other running experiment writes to") from error
-        except OSError:  # a file system without locks
-            pass
-        yield
-    finally:
-        os.close(descriptor)
+            try:
+                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError as error:
+                raise InputError("output", folder, "must be a folder that no running experiment writes to") from error
+            except OSError:  # a file system without locks
+                pass
+            if not _is_at(descriptor, path):  # its last owner removed it in the meantime
+                continue
+            try:
+                yield
+            finally:
+                with suppress(OSError):
+                    path.unlink()
+            return
+        finally:
+            os.close(descriptor)
+
+
+def _is_at(descriptor: int, path: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(descriptor), path.stat())
+    except FileNotFoundError:
+        return False
 
 
 def write_ply(path: Path, vertices: np.ndarray[Any, Any], faces: np.ndarray[Any, Any]) -> None:

@@ -221,7 +221,7 @@ class _Record:
         kept = sum(spent_budget(row) for row in self.folder.rows().values())
         remedy = "make room" if self.trouble in NO_ROOM else "mend that"
         return (
-            f"error: {path} could not be written: {self.trouble}; {kept} of {seeds} trials are kept; "
+            f"error: {path} could not be written: {self.trouble}; {kept} of {seeds} trials kept; "
             f"{remedy}, then the same command with resume=true output={path} runs the rest"
         )
 
@@ -236,7 +236,7 @@ class _Record:
         patience = HURRIED_SECONDS if interrupts.count > 1 else PATIENCE_SECONDS
         interrupts.limit = interrupts.count + 1  # the next one ends the wait
         with suppress(KeyboardInterrupt):
-            self.tracker.finish(summary, patience)
+            self.tracker.finish(summary, patience=patience)
         interrupts.limit = None
 
 

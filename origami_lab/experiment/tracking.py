@@ -45,8 +45,8 @@ class Tracker(Protocol):
         """A trial ended; its folder, if it has one, is complete."""
         ...
 
-    def finish(self, summary: Mapping[str, Any], patience: float) -> None:
-        """The experiment ended; all its files are complete. Waits for no more than ``patience`` seconds."""
+    def finish(self, summary: Mapping[str, Any], *, patience: float = PATIENCE_SECONDS) -> None:
+        """The experiment ended; all its files are complete. Waits ``patience`` seconds at most, or until Ctrl-C."""
         ...
 
 
@@ -54,7 +54,7 @@ class NullTracker:
     """Tracks nothing."""
 
     def trial(self, row: Row) -> None: ...
-    def finish(self, summary: Mapping[str, Any], patience: float) -> None: ...
+    def finish(self, summary: Mapping[str, Any], *, patience: float = PATIENCE_SECONDS) -> None: ...
 
 
 def make_tracker(settings: Settings, folder: Path, say: Say) -> Tracker:
@@ -82,7 +82,7 @@ class MlflowTracker:
     def trial(self, row: Row) -> None:
         self._jobs.put(lambda runs: runs.log_trial(row))
 
-    def finish(self, summary: Mapping[str, Any], patience: float = PATIENCE_SECONDS) -> None:
+    def finish(self, summary: Mapping[str, Any], *, patience: float = PATIENCE_SECONDS) -> None:
         self._jobs.put(lambda runs: runs.log_summary(summary))
         self._jobs.put(None)
         deadline = time.monotonic() + patience

@@ -152,21 +152,21 @@ def check_whole(output: Path, wanted: dict[str, bytes], begun: bool) -> None:
 def test_a_second_process_is_refused_until_the_first_has_ended(tmp_path: Path) -> None:
     settings = settings_for(tmp_path / "run")
     with RunFolder.opened(settings):
-        with pytest.raises(InputError, match=r"output=.*no other running experiment"):
+        with pytest.raises(InputError, match=r"output=.*no running experiment"):
             run_all(tmp_path / "run")
-        assert list((tmp_path / "run").iterdir()) == []
+        assert [file.name for file in (tmp_path / "run").iterdir()] == [".running"]
     run_all(tmp_path / "run")
 
 
 def test_resuming_what_never_began(tmp_path: Path) -> None:
     run = tmp_path / "run"
-    for names in ((), (".config.yaml.123.tmp",), (".seed=3.77.tmp", ".trials.csv.1.tmp")):
+    for names in ((), (".config.yaml.123.tmp",), (".seed=3.77.tmp", ".trials.csv.1.tmp", ".running")):
         run.mkdir()
         for name in names:
             (run / name).write_text("half")
         with RunFolder.opened(settings_for(run)) as folder:
             assert not folder.has_begun
-            assert list(run.iterdir()) == []
+        assert list(run.iterdir()) == []
         run.rmdir()
     with RunFolder.opened(settings_for(run)) as folder:
         assert folder.path.is_dir()

@@ -196,7 +196,7 @@ def test_a_folder_that_vanishes_costs_one_line_and_exit_code_1(
     assert run(tmp_path, *OWN_OBJECTIVE, *arguments) == 1
     out, err = capfd.readouterr()
     assert "failed" in out  # the table is printed all the same
-    assert err.count("error: out could not be written: the folder is gone; 0 of 2 trials are kept") == 1
+    assert err.count("error: out could not be written: the folder is gone; 0 of 2 trials kept") == 1
     assert "Traceback" not in err
     assert not (tmp_path / "out").exists()
 
@@ -211,9 +211,7 @@ def test_a_file_that_cannot_be_written_fails_its_trial_only(tracked: Path, tmp_p
     process = background(tmp_path, *arguments, before=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, limit))
     _, err = process.communicate(timeout=120)
     assert process.returncode == 1
-    assert (
-        err.count("error: out could not be written: a file would be larger than allowed; 2 of 3 trials are kept") == 1
-    )
+    assert err.count("error: out could not be written: a file would be larger than allowed; 2 of 3 trials kept") == 1
     assert "Traceback" not in err
     statuses = [row["status"] for row in read_trials(tmp_path / "out/trials.csv")]
     assert statuses == ["ok", "failed: cannot write its files: a file would be larger than allowed", "ok"]
