@@ -39,8 +39,12 @@ class Run:
     began: float = field(default_factory=time.monotonic)
 
     def wait(self) -> int:
-        """Its exit code; negative for a signal."""
-        return self.process.wait(PATIENCE)
+        """Its exit code; negative for a signal, also for the one that ends it when it takes for ever."""
+        try:
+            return self.process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            os.killpg(self.process.pid, signal.SIGKILL)
+            return self.process.wait()
 
     def kill(self, group: bool) -> None:
         """``kill -9``, also of its workers or of the parent alone; returns when all are gone."""
@@ -82,9 +86,16 @@ def start(place: Path, arguments: Sequence[str], before: Callable[[], None] | No
     log = place / f"log-{time.monotonic_ns()}.txt"
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": "1"}
     command = [sys.executable, "-m", "origami_lab", *arguments]
+
+    def prepare() -> None:
+        for number in (signal.SIGINT, signal.SIGHUP):  # a shell's background jobs ignore them
+            signal.signal(number, signal.SIG_DFL)
+        if before is not None:
+            before()
+
     with log.open("wb") as out:
         process = subprocess.Popen(
-            command, cwd=place, env=environment, stdout=out, stderr=out, start_new_session=True, preexec_fn=before
+            command, cwd=place, env=environment, stdout=out, stderr=out, start_new_session=True, preexec_fn=prepare
         )
     return Run(process, log)
 
@@ -99,7 +110,8 @@ def trials(folder: Path) -> list[dict[str, Any]]:
 def statuses(folder: Path) -> str:
     """The status of each trial in the table, in short."""
     rows = trials(folder)
-    return ", ".join(f"{row['seed']}: {row['status'].partition(':')[0]}" for row in rows) or "no table"
+    empty = "no rows" if (folder / "trials.csv").exists() else "no file"
+    return ", ".join(f"{row['seed']}: {row['status'].partition(':')[0]}" for row in rows) or empty
 
 
 def finished(folder: Path) -> dict[int, int]:

@@ -44,6 +44,12 @@ def background(folder: Path, *arguments: str, before: Callable[[], None] | None 
     root = Path(__file__).parents[2]
     environment = {**os.environ, "PYTHONPATH": str(root)}
     command = [sys.executable, "-m", "origami_lab", *arguments]
+
+    def prepare() -> None:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # a shell's background jobs ignore it
+        if before is not None:
+            before()
+
     return subprocess.Popen(
         command,
         cwd=folder,
@@ -51,7 +57,7 @@ def background(folder: Path, *arguments: str, before: Callable[[], None] | None 
         start_new_session=True,
         stderr=subprocess.PIPE,
         text=True,
-        preexec_fn=before,
+        preexec_fn=prepare,
     )
 
 
