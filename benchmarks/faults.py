@@ -13,101 +13,92 @@ import random
 import resource
 import shutil
 import signal
-import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
+from benchmarks.disks import disks
 from benchmarks.faulty import WAYS
-from benchmarks.runs import Run, defects, finished, start, statuses, trials
+from benchmarks.runs import (
+    LONG,
+    SEEDS,
+    SMALL,
+    UNTRACKED,
+    Lines,
+    Report,
+    expect,
+    finished,
+    problems_of,
+    start,
+    statuses,
+    trials,
+)
 
-SEEDS = 4
-SMALL = ("target=pyramid", "search=rdm", "board=9x9", "budget=400", f"seed=0..{SEEDS - 1}", "workers=2")
-LONG = ("target=pyramid", "search=rdm", "board=9x9", "budget=1e9", f"seed=0..{SEEDS - 1}", "workers=2")
-UNTRACKED = "tracking=none"
 KILLS = 30
 MEMORY = 8 * 2**30
 LIMIT_SECONDS = 3
-TRACEBACK = "Traceback (most recent call last)"
 OBJECTIVE = "# @package _global_\ntask: faulty\nobjective:\n  _target_: benchmarks.faulty.Faulty\n  how: ???\n"
 OBJECTIVE += "  where: score\n  once: ???\n"
 SEARCH = "# @package _global_\nmethod: endless\nsearch:\n  _target_: benchmarks.faulty.Endless\n"
-
-Lines = list[str]
-
-
-class Report:
-    """The lines of the report and whether anything was not as it should be."""
-
-    def __init__(self) -> None:
-        self.lines: Lines = []
-        self.wrong = 0
-
-    def add(self, *lines: str) -> None:
-        """Add lines."""
-        self.lines += lines
-        print("\n".join(lines), flush=True)
-
-    def table(self, *names: str) -> None:
-        """Begin a table; its last column is added here."""
-        self.add("", f"| {' | '.join(names)} | as it should be |", "|" + "---|" * (len(names) + 1))
-
-    def row(self, cells: Sequence[object], problems: Sequence[str]) -> None:
-        """One case, and what was wrong about it."""
-        self.wrong += bool(problems)
-        verdict = "yes" if not problems else "**NO**: " + "; ".join(problems)
-        self.add("| " + " | ".join(str(cell).replace("|", "\\|") for cell in (*cells, verdict)) + " |")
-
-
-def problems_of(run: Run, folder: Path, tidy: bool = True) -> list[str]:
-    """What is wrong after any ending: a traceback, or something that is not whole."""
-    return (["it printed a traceback"] if TRACEBACK in run.text() else []) + defects(folder, tidy)
-
-
-def expect(what: str, found: object, wanted: object) -> list[str]:
-    """One problem if something is not as wanted."""
-    return [] if found == wanted else [f"{what} is {found}, not {wanted}"]
-
 
 # --- kill -9 ----------------------------------------------------------------------------------------------------------
 
 
 def kills(place: Path, report: Report) -> None:
-    """Kill runs at random moments and resume them; then one run again and again until it ends."""
+    """Kill runs at random moments, each one again and again until it ends."""
     undisturbed = start(place, [*SMALL, "output=undisturbed"])
     undisturbed.wait()
     seconds = time.monotonic() - undisturbed.began
     wanted = trials(place / "undisturbed")
+    report.add("", "## kill -9", "")
     report.add(
-        "", "## kill -9", "", f"{SEEDS} seeds, 2 workers, tracked by MLflow; undisturbed it takes {seconds:.0f} s."
+        f"{SEEDS} seeds, 2 workers, tracked by MLflow; undisturbed it takes {seconds:.0f} s. The same command with"
     )
-    report.table("killed", "after s", "on disk then", "after resume=true")
+    report.add(
+        "resume=true is given each time, and killed again until it ends. What is visible is read to its end each time."
+    )
+    report.table("run", "killed", "after s", "on disk then")
     rng = random.Random(0)
-    for number in range(KILLS):
-        _kill_once(place, report, number, rng.uniform(0, seconds), wanted)
-    _kill_until_done(place, report, rng, seconds, wanted)
+    number = killed = 0
+    while killed < KILLS:
+        killed = _kill_until_done(place, report, number, killed, rng, seconds, wanted)
+        number += 1
 
 
-def _kill_once(place: Path, report: Report, number: int, after: float, wanted: object) -> None:
-    group, folder = number % 2 == 0, place / f"kill-{number}"
-    arguments = [*SMALL, f"output={folder.name}", "resume=true"]
-    run = start(place, arguments)
-    time.sleep(after)
-    ended = run.process.poll() is not None
-    run.kill(group)
-    problems = problems_of(run, folder, tidy=False)
-    then, before = _contents(folder), finished(folder)
-    again = start(place, arguments)
-    problems += expect("the exit code after resuming", again.wait(), 0) + problems_of(again, folder)
-    problems += expect("the table", trials(folder), wanted)
-    now = finished(folder)
-    problems += expect("finished trials run again", [seed for seed in before if before[seed] != now.get(seed)], [])
-    who = "(it had ended)" if ended else "parent and workers" if group else "parent alone"
-    report.row([who, f"{after:.1f}", then, statuses(folder)], problems)
+def _kill_until_done(
+    place: Path, report: Report, number: int, killed: int, rng: random.Random, seconds: float, wanted: object
+) -> int:
+    """Kill one run until it ends, or enough were killed; how many were killed so far."""
+    folder = place / f"kill-{number}"
+    kept: dict[int, int] = {}
+    while True:
+        run = start(place, [*SMALL, f"output={folder.name}", "resume=true"])
+        after = rng.uniform(0.02, 0.8) * seconds
+        if killed < KILLS:
+            time.sleep(after)
+        else:
+            run.wait()
+        if run.process.poll() is not None:
+            break
+        group = killed % 2 == 0
+        run.kill(group)
+        killed += 1
+        now = finished(folder)
+        problems = problems_of(run, folder, tidy=False) + _lost(kept, now)
+        kept = now
+        report.row([number, "with workers" if group else "parent alone", f"{after:.1f}", _contents(folder)], problems)
+    problems = expect("the last exit code", run.wait(), 0) + expect("the table", trials(folder), wanted)
+    problems += problems_of(run, folder) + _lost(kept, finished(folder))
+    report.row([number, "no more", "–", f"{statuses(folder)}; the table of the undisturbed run"], problems)
+    return killed
+
+
+def _lost(before: dict[int, int], now: dict[int, int]) -> Lines:
+    """Finished trials that are gone or were run again."""
+    return expect("what is lost or ran again", [seed for seed in before if before[seed] != now.get(seed)], [])
 
 
 def _contents(folder: Path) -> str:
@@ -117,31 +108,6 @@ def _contents(folder: Path) -> str:
     visible = [name for name in names if not name.startswith(".")]
     hidden = len(names) - len(visible)
     return (", ".join(visible) or "empty") + (f", {hidden} hidden" if hidden else "")
-
-
-def _kill_until_done(place: Path, report: Report, rng: random.Random, seconds: float, wanted: object) -> None:
-    folder = place / "again-and-again"
-    problems: Lines = []
-    killed, kept = 0, []
-    while True:
-        run = start(place, [*SMALL, f"output={folder.name}", "resume=true"])
-        time.sleep(rng.uniform(0.3, 1.0) * seconds)
-        if run.process.poll() is not None:
-            break
-        before = finished(folder)
-        run.kill(group=killed % 2 == 0)
-        now = finished(folder)
-        problems += problems_of(run, folder, tidy=False)
-        problems += expect("finished trials lost", [seed for seed in before if before[seed] != now.get(seed)], [])
-        killed += 1
-        kept.append(str(len(now)))
-    problems += expect("the last exit code", run.wait(), 0) + expect("the table", trials(folder), wanted)
-    problems += problems_of(run, folder)
-    text = f"the same run killed {killed} times, then left alone; finished trials on disk each time: {', '.join(kept)}"
-    report.add(
-        "", f"{text}. In the end: {statuses(folder)}. " + (f"**NO**: {problems}" if problems else "As it should be.")
-    )
-    report.wrong += bool(problems)
 
 
 # --- Ctrl-C and other signals -----------------------------------------------------------------------------------------
@@ -201,114 +167,6 @@ def _mlflow(place: Path, experiment: str) -> str:
         return "none"
     runs = client.search_runs([found.experiment_id], order_by=["attributes.start_time ASC"])
     return ", ".join(f"{run.info.run_name}: {run.info.status}" for run in runs)
-
-
-# --- full and vanishing disks -----------------------------------------------------------------------------------------
-
-
-@contextmanager
-def small_disk(place: Path, kilobytes: int) -> Iterator[Path]:
-    """A file system of its own with so much room."""
-    mount = place / "disk"
-    mount.mkdir(exist_ok=True)
-    subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={kilobytes}k", "none", str(mount)], check=True)
-    try:
-        yield mount
-    finally:
-        subprocess.run(["umount", "-l", str(mount)], check=True)
-
-
-def disks(place: Path, report: Report) -> None:
-    """Fill, lock and remove the output folder."""
-    report.add("", "## Full, read-only and vanishing output folders", "")
-    if shutil.which("mount") is None or os.getuid() != 0:
-        report.add("Not run: mounting a small tmpfs needs root on Linux.")
-        return
-    wanted = _reference(place)
-    report.add("tmpfs mounts with the given room left when the run starts; a trial takes about 1 MB.")
-    report.table("what happens", "exit code", "trials.csv", "trials kept", "it says", "resumed with room")
-    for left in (0, 4, 8, 16, 256, 1100, 2048):
-        _full_from_start(place, report, left, wanted)
-    _meanwhile(place, report, "full after the first trial", _fill, wanted)
-    _meanwhile(place, report, "read-only after the first trial", _lock, wanted)
-    _meanwhile(place, report, "removed after the first trial", _remove, wanted)
-    _read_only(place, report)
-
-
-def _reference(place: Path) -> object:
-    run = start(place, [*SMALL, UNTRACKED, "output=reference"])
-    run.wait()
-    return trials(place / "reference")
-
-
-def _full_from_start(place: Path, report: Report, left: int, wanted: object) -> None:
-    with small_disk(place, 16384) as disk:
-        folder = disk / "out"
-        folder.mkdir()
-        _fill(disk, left)
-        run = start(place, [*SMALL, UNTRACKED, f"output={folder}", "resume=true"])
-        _full_row(place, report, f"{left} kB left", run, folder, wanted)
-
-
-def _meanwhile(place: Path, report: Report, name: str, fault: Callable[[Path], None], wanted: object) -> None:
-    with small_disk(place, 16384) as disk:
-        folder = disk / "out"
-        run = start(place, [*SMALL, UNTRACKED, f"output={folder}", "workers=1"])
-        run.wait_for(lambda: (folder / "seed=0").exists())
-        fault(disk)
-        _full_row(place, report, name, run, folder, wanted)
-
-
-def _full_row(place: Path, report: Report, name: str, run: Run, folder: Path, wanted: object) -> None:
-    """Wait for the end of a run whose disk failed, mend the disk and resume."""
-    code, kept = run.wait(), finished(folder)
-    run.wait_for(lambda: not run.alive())
-    says = run.line("could not be written").replace(str(folder.parent), "/disk")
-    problems = problems_of(run, folder, tidy=_writable(folder)) + expect("the exit code", code, 1)
-    problems += [] if says else [f"it says only: {run.text()[-200:]}"]
-    table = statuses(folder)
-    (folder.parent / "ballast").unlink(missing_ok=True) if _mend(folder.parent) else None
-    again = start(place, [*SMALL, UNTRACKED, f"output={folder}", "resume=true"])
-    problems += expect("the exit code after resuming", again.wait(), 0) + problems_of(again, folder)
-    problems += expect("the table", trials(folder), wanted)
-    lost = [seed for seed, written in kept.items() if finished(folder).get(seed) != written]
-    problems += expect("finished trials run again", lost, [])
-    report.row([name, code, table, len(kept), says, statuses(folder)], problems)
-
-
-def _fill(disk: Path, left: int = 0) -> None:
-    """Fill a disk up but for some kilobytes."""
-    with (disk / "ballast").open("wb", buffering=0) as ballast:
-        size = shutil.disk_usage(disk).free - 1024 * left
-        os.posix_fallocate(ballast.fileno(), 0, max(size, 4096))
-
-
-def _lock(disk: Path) -> None:
-    while subprocess.run(["mount", "-o", "remount,ro", str(disk)], capture_output=True).returncode:
-        time.sleep(0.02)  # a file is being written
-
-
-def _mend(disk: Path) -> bool:
-    return subprocess.run(["mount", "-o", "remount,rw", str(disk)], capture_output=True).returncode == 0
-
-
-def _remove(disk: Path) -> None:
-    while (disk / "out").exists():
-        shutil.rmtree(disk / "out", ignore_errors=True)
-
-
-def _writable(folder: Path) -> bool:
-    return os.access(folder, os.W_OK)
-
-
-def _read_only(place: Path, report: Report) -> None:
-    with small_disk(place, 16384) as disk:
-        _lock(disk)
-        run = start(place, [*SMALL, UNTRACKED, f"output={disk}/out"])
-        code = run.wait()
-        says = run.text().strip().replace(str(disk), "/disk")
-        problems = expect("the exit code", code, 2) + expect("lines", len(says.splitlines()), 1)
-        report.row(["read-only from the start", code, "–", "–", says, "–"], problems)
 
 
 # --- what users bring -------------------------------------------------------------------------------------------------

@@ -28,6 +28,13 @@ TRIAL_FILES = {
 }
 FOLDER_FILES = {"config.yaml", "target.ply", "trials.csv", "summary.json", "tracking.json"}
 PATIENCE = 300.0
+TRACEBACK = "Traceback (most recent call last)"
+SEEDS = 4
+SMALL = ("target=pyramid", "search=rdm", "board=9x9", "budget=400", f"seed=0..{SEEDS - 1}", "workers=2")
+LONG = ("target=pyramid", "search=rdm", "board=9x9", "budget=1e9", f"seed=0..{SEEDS - 1}", "workers=2")
+UNTRACKED = "tracking=none"
+
+Lines = list[str]
 
 
 @dataclass
@@ -174,3 +181,36 @@ def _read(file: Path) -> None:
             for frame in range(getattr(image, "n_frames", 1)):
                 image.seek(frame)
                 image.load()
+
+
+class Report:
+    """The lines of the report and whether anything was not as it should be."""
+
+    def __init__(self) -> None:
+        self.lines: Lines = []
+        self.wrong = 0
+
+    def add(self, *lines: str) -> None:
+        """Add lines."""
+        self.lines += lines
+        print("\n".join(lines), flush=True)
+
+    def table(self, *names: str) -> None:
+        """Begin a table; its last column is added here."""
+        self.add("", f"| {' | '.join(names)} | as it should be |", "|" + "---|" * (len(names) + 1))
+
+    def row(self, cells: Sequence[object], problems: Sequence[str]) -> None:
+        """One case, and what was wrong about it."""
+        self.wrong += bool(problems)
+        verdict = "yes" if not problems else "**NO**: " + "; ".join(problems)
+        self.add("| " + " | ".join(str(cell).replace("|", "\\|") for cell in (*cells, verdict)) + " |")
+
+
+def problems_of(run: Run, folder: Path, tidy: bool = True) -> list[str]:
+    """What is wrong after any ending: a traceback, or something that is not whole."""
+    return (["it printed a traceback"] if TRACEBACK in run.text() else []) + defects(folder, tidy)
+
+
+def expect(what: str, found: object, wanted: object) -> list[str]:
+    """One problem if something is not as wanted."""
+    return [] if found == wanted else [f"{what} is {found}, not {wanted}"]

@@ -53,16 +53,16 @@ class Experiment:
 def run_experiment(settings: Settings, console: Console, command: Sequence[str] = ()) -> Experiment:
     """Run the trials that the settings ask for.
 
+    A folder that cannot be written any more costs the trials that end meanwhile and not the others. Ctrl-C (SIGTERM,
+    SIGHUP) ends the running trials with their best so far, the second one ends all at once; what is known is written,
+    tracked and returned in either case.
+
     Parameters
     ----------
     console
         Where progress goes.
     command
         The command line, for the record.
-
-    A folder that cannot be written any more costs the trials that end meanwhile and not the others. Ctrl-C (SIGTERM,
-    SIGHUP) ends the running trials with their best so far, the second one ends all at once; what is known is written,
-    tracked and returned in either case.
 
     Raises
     ------
@@ -158,6 +158,7 @@ class _Record:
         self.display, self.command = display, command
         self.trouble = ""
         """Why the folder could not be written, if that cost something."""
+        self.begun = False
         self.began = time.perf_counter()
 
     @cached_property
@@ -173,7 +174,8 @@ class _Record:
                 self.folder.write_target(target)
         except OSError as error:
             self.trouble = FolderError(error).why
-        return not self.trouble
+        self.begun = not self.trouble
+        return self.begun
 
     def take(self, event: Event) -> None:
         """Record what an event says of a trial."""
@@ -206,7 +208,7 @@ class _Record:
         """Write the table once more and the summary beside it; say what could not be written."""
         seconds = time.perf_counter() - self.began
         summary = summarise(self.settings, self.rows, self.command, seconds, interrupted)
-        if self.folder.has_begun:
+        if self.begun:
             try:
                 self.folder.write_trials(self.rows.values())
                 self.folder.write_summary(summary)
@@ -231,7 +233,7 @@ class _Record:
 
     def finish(self, summary: Mapping[str, Any], interrupts: Interrupts) -> None:
         """Wait for the tracker: as long as it takes, or a moment if we are to leave at once."""
-        if not self.folder.has_begun:
+        if not self.begun:
             return
         patience = HURRIED_SECONDS if interrupts.count > 1 else PATIENCE_SECONDS
         interrupts.limit = interrupts.count + 1  # the next one ends the wait
