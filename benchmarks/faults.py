@@ -54,12 +54,9 @@ def kills(place: Path, report: Report) -> None:
     seconds = time.monotonic() - undisturbed.began
     wanted = trials(place / "undisturbed")
     report.add("", "## kill -9", "")
-    report.add(
-        f"{SEEDS} seeds, 2 workers, tracked by MLflow; undisturbed it takes {seconds:.0f} s. The same command with"
-    )
-    report.add(
-        "resume=true is given each time, and killed again until it ends. What is visible is read to its end each time."
-    )
+    report.add(f"{SEEDS} seeds, 2 workers, tracked by MLflow; undisturbed it takes {seconds:.0f} s. The same command")
+    report.add("with resume=true is given again and again, and killed each time, until it ends. Each time all that is")
+    report.add("visible is read to its end.")
     report.table("run", "killed", "after s", "on disk then")
     rng = random.Random(0)
     number = killed = 0
@@ -76,7 +73,7 @@ def _kill_until_done(
     kept: dict[int, int] = {}
     while True:
         run = start(place, [*SMALL, f"output={folder.name}", "resume=true"])
-        after = rng.uniform(0.02, 0.8) * seconds
+        after = rng.uniform(0.02, 1.0) * seconds
         if killed < KILLS:
             time.sleep(after)
         else:

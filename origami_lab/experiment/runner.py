@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 EXIT_OK, EXIT_FAILED, EXIT_INTERRUPTED = 0, 1, 130
 HURRIED_SECONDS = 3.0
 """How long the tracker may take when we are to leave at once."""
+LOST_TERMINAL = (OSError, SystemExit)
+"""What writing to a terminal that is gone raises; SystemExit is rich's answer to a broken pipe."""
 PACKAGES = ("numpy", "numba", "scipy", "trimesh", "hydra-core", "mlflow")
 
 
@@ -126,20 +128,20 @@ class _Unfailing:
         self.display = display
 
     def __enter__(self) -> _Unfailing:
-        with suppress(OSError):
+        with suppress(*LOST_TERMINAL):
             self.display.__enter__()
         return self
 
     def __exit__(self, *error: object) -> None:
-        with suppress(OSError):
+        with suppress(*LOST_TERMINAL):
             self.display.__exit__(*error)
 
     def show(self, event: Event) -> None:
-        with suppress(OSError):
+        with suppress(*LOST_TERMINAL):
             self.display.show(event)
 
     def say(self, line: str) -> None:
-        with suppress(OSError):
+        with suppress(*LOST_TERMINAL):
             self.display.say(line)
 
 
