@@ -98,7 +98,7 @@ class _WatchedEvaluator:
         for method in ("new_memos", "clear", "score", "bound"):
             if not callable(getattr(evaluator, method, None)):
                 raise InputError("objective", name, f"bind(game) must return an evaluator, it has no method {method}")
-        self.new_memos, self.clear = evaluator.new_memos, evaluator.clear
+        self._evaluator, self.new_memos, self.clear = evaluator, evaluator.new_memos, evaluator.clear
         self._score, self._bound = calls(evaluator.score), calls(evaluator.bound)
         self._name = name
 
@@ -110,3 +110,6 @@ class _WatchedEvaluator:
 
     def bound(self, states: States, memos: Memos, i: int, above: float = float("-inf")) -> float:
         return number(self._bound(states, memos, i, above), self._name, "bound")
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._evaluator, name)

@@ -98,7 +98,10 @@ def killed_before(number: int, output: Path) -> bool:
 
 
 @pytest.mark.slow
-def test_whole_whenever_it_is_killed_and_the_same_command_goes_on(tmp_path: Path) -> None:
+def test_whole_whenever_it_is_killed_and_the_same_command_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "fsync", lambda descriptor: None)  # no power is cut, and it takes most of the time
     begun, reference = tmp_path / "begun", tmp_path / "reference"
     with RunFolder.opened(settings_for(begun)) as folder:
         folder.write_config(CONFIG)
