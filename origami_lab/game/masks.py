@@ -276,8 +276,8 @@ def starts_flat(s: Record, A: tuple[float, float, float], B: tuple[float, float,
 
 
 @kernel
-def locations(s: Record, r: Record, out: Actions) -> int:
-    """Legal location actions in the three placing phases; returns their number."""
+def locations(s: Record, r: Record, out: Actions, most: int) -> int:
+    """Legal location actions in the three placing phases, no more than ``most``; returns their number."""
     v = s.selected
     x, y = s.xy[v, 0], s.xy[v, 1]
     half = r.half
@@ -327,6 +327,8 @@ def locations(s: Record, r: Record, out: Actions) -> int:
                     continue
             out[n] = base + point_index(r, qx, qy)
             n += 1
+            if n == most:
+                return n
     return n
 
 
@@ -353,10 +355,11 @@ def tail(s: Record) -> int:
 
 
 @kernel
-def legal_actions(s: Record, r: Record, out: Actions) -> int:
+def legal_actions(s: Record, r: Record, out: Actions, most: int) -> int:
     """Write the legal actions of the state and return how many there are.
 
-    ``out`` needs room for 2·N² + 5 actions. An episode that has ended has none.
+    ``out`` needs room for 2·N² + 5 actions. An episode that has ended has none. Whoever needs to know only of
+    ``most`` of them may be told of fewer than there are.
     """
     if s.status != RUNNING:
         return 0
@@ -366,7 +369,10 @@ def legal_actions(s: Record, r: Record, out: Actions) -> int:
             out[i] = 3 * points + 5 + i
         return 2 * r.n_placements
     if s.phase != SELECTION:
-        return locations(s, r, out)
+        return locations(s, r, out, most)
+    if most == 1 and s.n_extensions > 0:
+        out[0] = 3 * points
+        return 1
     n = 0
     w = s.head
     while True:

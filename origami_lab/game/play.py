@@ -31,6 +31,9 @@ from origami_lab.jit import inlined, kernel
 
 Actions = NDArray[np.int32]
 
+ALL = 2**31 - 1
+"""More legal actions than there ever are."""
+
 
 @inlined
 def has_room(s: Record) -> bool:
@@ -116,9 +119,12 @@ def play_action(s: Record, r: Record, action: int) -> None:
 
 
 @kernel
-def settle(s: Record, r: Record, legal: Actions) -> int:
-    """The number of legal actions, written to ``legal``; an episode that has none left ends here."""
-    n = legal_actions(s, r, legal)
+def settle(s: Record, r: Record, legal: Actions, most: int = ALL) -> int:
+    """The number of legal actions, written to ``legal``; an episode that has none left ends here.
+
+    With ``most`` = 1 the answer is whether there is one at all.
+    """
+    n = legal_actions(s, r, legal, most)
     if n == 0 and s.status == RUNNING:
         s.status = STUCK
     return n

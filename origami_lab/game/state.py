@@ -44,6 +44,19 @@ def _record(fields: list[Any]) -> np.dtype[np.void]:
     return np.dtype((np.record, np.dtype(fields, align=True)))
 
 
+SCALARS = (
+    *("n_vertices", "n_triangles", "n_creases", "n_actions", "n_extensions"),
+    *("phase", "status"),
+    "reach",  # driving angles, from flat up, that the motion reaches
+    "head",  # first leaf of the chain
+    "selected",  # the leaf being extended
+    "mode",  # its rigid body mode, −1 or +1
+    *("first_x", "first_y", "second_x", "second_y"),  # its outer children
+    "unfinished",  # actions of an extension that is not complete
+)
+"""The fields of a state that are single numbers."""
+
+
 def state_dtype(vertices: int = DEFAULT_VERTICES, angles: int = 10) -> np.dtype[np.void]:
     """Layout of a state with room for ``vertices`` representatives at ``angles`` driving angles.
 
@@ -52,22 +65,7 @@ def state_dtype(vertices: int = DEFAULT_VERTICES, angles: int = 10) -> np.dtype[
     triangles, creases, actions = 3 * vertices, 3 * vertices + 8, 4 * vertices + 8
     return _record(
         [
-            ("n_vertices", np.int32),
-            ("n_triangles", np.int32),
-            ("n_creases", np.int32),
-            ("n_actions", np.int32),
-            ("n_extensions", np.int32),
-            ("phase", np.int32),
-            ("status", np.int32),
-            ("reach", np.int32),  # driving angles, from flat up, that the motion reaches
-            ("head", np.int32),  # first leaf of the chain
-            ("selected", np.int32),  # the leaf being extended
-            ("mode", np.int32),  # its rigid body mode, −1 or +1
-            ("first_x", np.int32),
-            ("first_y", np.int32),
-            ("second_x", np.int32),
-            ("second_y", np.int32),
-            ("unfinished", np.int32),  # actions of an extension that is not complete
+            *((name, np.int32) for name in SCALARS),
             ("xy", np.int32, (vertices, 2)),  # on the board
             ("prev", np.int32, (vertices,)),  # codes of the neighbours on the boundary
             ("next", np.int32, (vertices,)),
@@ -247,21 +245,24 @@ def has_image(r: Record, images: int, g: int) -> bool:
     return g < r.products[g, images]
 
 
+@inlined
+def copy_scalars(target: Record, source: Record) -> None:
+    """Copy all of :data:`SCALARS`, between any two records that have them."""
+    target.n_vertices, target.n_triangles = source.n_vertices, source.n_triangles
+    target.n_creases, target.n_actions = source.n_creases, source.n_actions
+    target.n_extensions = source.n_extensions
+    target.phase, target.status, target.reach = source.phase, source.status, source.reach
+    target.head, target.selected, target.mode = source.head, source.selected, source.mode
+    target.first_x, target.first_y = source.first_x, source.first_y
+    target.second_x, target.second_y = source.second_x, source.second_y
+    target.unfinished = source.unfinished
+
+
 @kernel
 def copy_state(target: Record, source: Record) -> None:
     """Copy the used rows of one state to another."""
     n, t, c, a = source.n_vertices, source.n_triangles, source.n_creases, source.n_actions
-    target.n_vertices, target.n_triangles, target.n_creases, target.n_actions = n, t, c, a
-    target.n_extensions = source.n_extensions
-    target.phase = source.phase
-    target.status = source.status
-    target.reach = source.reach
-    target.head = source.head
-    target.selected = source.selected
-    target.mode = source.mode
-    target.first_x, target.first_y = source.first_x, source.first_y
-    target.second_x, target.second_y = source.second_x, source.second_y
-    target.unfinished = source.unfinished
+    copy_scalars(target, source)
     reach = source.reach
     for i in range(n):
         target.xy[i, 0], target.xy[i, 1] = source.xy[i, 0], source.xy[i, 1]

@@ -39,6 +39,9 @@ class Evaluator(Protocol):
 
     ``above`` is what the caller has already: a method may return any value not above it as soon as it knows that
     the true value is not above it either.
+
+    An attribute ``compiled_bound``, if there is one and it is a :class:`~origami_lab.objectives.coverage.Surface`, lets
+    compiled searches bound positions themselves; :meth:`bound` must then give the same.
     """
 
     def new_memos(self, count: int) -> Memos:

@@ -6,12 +6,14 @@ monotone potential of the paper (section 3.6.1) and a true bound. d← (:func:`u
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.game.collisions import place_corner
 from origami_lab.game.state import Record, States, has_image, image_code
-from origami_lab.geometry.bvh import Bvh, build_bvh, inside, nearest_squared
+from origami_lab.geometry.bvh import Bvh, build_bvh, inside, nearest_squared, nearest_triangle, triangle_squared
 from origami_lab.jit import kernel
 
 Array = NDArray[np.float64]
@@ -22,26 +24,36 @@ def memo_dtype(angles: int) -> np.dtype[np.void]:
     return np.dtype([("measured", np.int64), ("stray", np.float64, (angles,))], align=True)
 
 
-@kernel
-def stray(
-    states: States, i: int, rules: States, memos: States, target: Bvh, solid: bool, images: bool, enough: float
-) -> float:
-    """The smallest d→ over the usable reachable angles, from the vertices of a state.
+class Surface(NamedTuple):
+    """A target as :func:`stray` measures it.
 
-    Vertices that were measured before are not measured again. At an angle whose d→ has reached ``enough`` the rest is
-    not measured: the returned value is then at least ``enough``, too.
-
-    Parameters
+    Attributes
     ----------
+    bvh
+        Its triangles.
     solid
         Vertices inside the closed target do not stray.
     images
         Whether to measure all images of a vertex; not needed where the target has the game's symmetry.
     """
-    s, r, memo = states[i], rules[0], memos[i]
+
+    bvh: Bvh
+    solid: bool
+    images: bool
+
+
+@kernel
+def stray(s: Record, r: Record, memo: Record, target: Surface, enough: float) -> float:
+    """The smallest d→ over the usable reachable angles, from the vertices of a state.
+
+    Vertices that were measured before are not measured again. At an angle whose d→ has reached ``enough`` the rest is
+    not measured: the returned value is then at least ``enough``, too.
+    """
+    bvh = target.bvh
     corner = np.empty((1, 3))
     first = r.min_reach - 1
-    order = r.order if images else 1
+    order = r.order if target.images else 1
+    near = 0  # a triangle that was nearest to a neighbouring point, tried first: it often is near enough
     for v in range(memo.measured, s.n_vertices):
         for g in range(order):
             if g > 0 and not has_image(r, s.axis[v], g):
@@ -52,14 +64,25 @@ def stray(
                     continue
                 place_corner(s, r, 8 * v + g, k, corner, 0)
                 x, y, z = corner[0, 0], corner[0, 1], corner[0, 2]
-                squared = nearest_squared(target, x, y, z, so_far * so_far, enough * enough)
-                if squared > so_far * so_far and not (solid and inside(target, x, y, z)):
+                squared = triangle_squared(bvh.triangles, near, x, y, z)
+                if squared <= so_far * so_far:
+                    continue
+                squared = min(squared, enough * enough)
+                squared, found = nearest_triangle(bvh, x, y, z, so_far * so_far, squared)
+                near = found if found >= 0 else near
+                if squared > so_far * so_far and not (target.solid and inside(bvh, x, y, z)):
                     memo.stray[k] = np.sqrt(squared)
     memo.measured = s.n_vertices
     best = np.inf
     for k in range(first, s.reach):
         best = min(best, memo.stray[k])
     return best
+
+
+@kernel
+def stray_of(states: States, i: int, rules: States, memos: States, target: Surface, enough: float) -> float:
+    """:func:`stray` of one of several states."""
+    return stray(states[i], rules[0], memos[i], target, enough)
 
 
 @kernel

@@ -28,7 +28,14 @@ from origami_lab.geometry.bvh import Bvh, build_bvh
 from origami_lab.geometry.hausdorff import directed_distance
 from origami_lab.geometry.sampling import sample_triangles
 from origami_lab.objectives.base import NO_SCORE, Memos, Score
-from origami_lab.objectives.coverage import folded_triangles_of, memo_dtype, stray, uncovered, vertex_distance
+from origami_lab.objectives.coverage import (
+    Surface,
+    folded_triangles_of,
+    memo_dtype,
+    stray_of,
+    uncovered,
+    vertex_distance,
+)
 from origami_lab.objectives.targets import Target
 
 Distance = Literal["vertex", "surface", "sampled"]
@@ -98,14 +105,13 @@ class ShapeEvaluator:
 
     def __init__(self, objective: ShapeObjective, game: Game) -> None:
         self._objective, self._rules = objective, game.rules
-        self._target = objective.target.bvh
-        self._solid = objective.target.closed
         group = game.symmetry
         # the mirrors that bound the playable area generate the group
-        self._symmetric = all(objective.target.is_symmetric(m) for m in group.matrices[group.mirrors])
+        symmetric = all(objective.target.is_symmetric(m) for m in group.matrices[group.mirrors])
+        self.compiled_bound = Surface(objective.target.bvh, bool(objective.target.closed), not symmetric)
         self._dtype = memo_dtype(len(game.angles))
         self._first = game.first_angle
-        self._cover = objective.cover if not self._symmetric else _playable_part(objective.cover, game)
+        self._cover = objective.cover if not symmetric else _playable_part(objective.cover, game)
         self._hint = np.zeros(1, dtype=np.int64)
 
     def new_memos(self, count: int) -> Memos:
@@ -119,7 +125,7 @@ class ShapeEvaluator:
 
         No distance is smaller: ``surface`` has more points that stray, and samples are farther than their surface.
         """
-        return -float(stray(states, i, self._rules, memos, self._target, self._solid, not self._symmetric, -above))
+        return -float(stray_of(states, i, self._rules, memos, self.compiled_bound, -above))
 
     def score(self, states: States, memos: Memos, i: int, above: float = -math.inf) -> Score:
         bound = self.bound(states, memos, i, above)
@@ -150,7 +156,7 @@ class ShapeEvaluator:
         if distance == "sampled":
             return self._sampled(triangles)
         surface = build_bvh(triangles)
-        target, solid = self._target, self._solid
+        target, solid = self.compiled_bound.bvh, self.compiled_bound.solid
         if distance == "surface":
             tolerance = self._objective.tolerance
             strays = directed_distance(triangles, target, tolerance, solid=solid)
@@ -163,9 +169,11 @@ class ShapeEvaluator:
         objective = self._objective
         samples = objective.random_samples
         vertices = np.unique(triangles.reshape(-1, 3), axis=0)
-        if self._solid:
+        if self.compiled_bound.solid:
             points = np.repeat(vertices[:, None, :], 3, axis=1)
-            outside = [directed_distance(point[None], self._target, 1e-9, solid=True) > 0 for point in points]
+            outside = [
+                directed_distance(point[None], self.compiled_bound.bvh, 1e-9, solid=True) > 0 for point in points
+            ]
             vertices = vertices[np.array(outside)]
         strays = float(np.max(cKDTree(samples).query(vertices)[0], initial=0.0))
         rng = np.random.default_rng(objective.sample_seed)

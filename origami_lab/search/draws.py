@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
+
+from origami_lab.jit import kernel
 
 BLOCK = 4096
+
+Actions = NDArray[np.int32]
 
 
 class Draws:
@@ -18,19 +23,35 @@ class Draws:
     @property
     def available(self) -> int:
         """Numbers left in the block; at least one."""
-        if self.used >= BLOCK:
-            self.block = self._rng.random(BLOCK)
+        self.reserve(1)
+        return len(self.block) - self.used
+
+    def reserve(self, count: int) -> None:
+        """See to it that the block has ``count`` numbers left."""
+        if len(self.block) - self.used < count:
+            rest = self.block[self.used :]
+            self.block = np.concatenate([rest, self._rng.random(max(BLOCK, count))])
             self.used = 0
-        return BLOCK - self.used
 
     def use(self, count: int) -> None:
         """Mark numbers of the block as used."""
         self.used += count
 
-    def below(self, n: int) -> int:
-        """A random whole number in [0, n)."""
-        if self.used >= BLOCK:
-            self.block = self._rng.random(BLOCK)
-            self.used = 0
-        self.used += 1
-        return int(self.block[self.used - 1] * n)
+    def sample(self, actions: Actions, count: int) -> Actions:
+        """Up to ``count`` of the actions in random order, each at most once."""
+        count = min(count, len(actions))
+        self.reserve(count)
+        chosen = np.empty(count, dtype=np.int32)
+        sample_distinct(actions, self.block, self.used, chosen)
+        self.used += count
+        return chosen
+
+
+@kernel
+def sample_distinct(pool: Actions, draws: NDArray[np.float64], start: int, chosen: Actions) -> None:
+    """Fill ``chosen`` from the pool, without repetition; the pool is permuted."""
+    n = pool.shape[0]
+    for i in range(chosen.shape[0]):
+        j = int(draws[start + i] * n)
+        n -= 1
+        chosen[i], pool[j] = pool[j], pool[n]

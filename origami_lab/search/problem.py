@@ -56,6 +56,10 @@ class Outcome:
     """Improvements refused because their dense motion collides."""
 
 
+class SearchEnded(Exception):  # noqa: N818 - an end, not an error
+    """Play went on after ``problem.done``. The runner takes it as the end of the search."""
+
+
 class Searcher(Protocol):
     """A search method."""
 
@@ -132,7 +136,10 @@ class Problem:
     def remaining(self) -> int:
         return self.budget - self.interactions
 
-    def _spend(self, interactions: int) -> None:
+    def spend(self, interactions: int) -> None:
+        """Count interactions; whoever plays on after the end is told so by :class:`SearchEnded`."""
+        if self.done:
+            raise SearchEnded("the search has ended: ask problem.done before playing on")
         self.interactions += interactions
         if self.interactions >= self._next_check:
             self._look_up()
@@ -173,8 +180,8 @@ class Problem:
 
         They are valid until the next call.
         """
+        self.spend(1)
         n = step(positions.states, i, self.game.rules, action, self._legal)
-        self._spend(1)
         return self._legal[:n]
 
     def branch(self, positions: Positions, i: int, j: int, action: int, *, count: bool = True) -> tuple[Actions, bool]:
@@ -183,10 +190,10 @@ class Problem:
         Returns the actions legal there, none if the episode has ended, and whether the move is complete: only then has
         the sheet changed. ``count=False`` comes back to a position whose interaction was counted before.
         """
+        if count:
+            self.spend(1)
         n, complete = branch(positions.states, i, j, self.game.rules, action, self._legal)
         positions.memos[i] = positions.memos[j]
-        if count:
-            self._spend(1)
         return self._legal[:n], complete
 
     def play_uniform(self, positions: Positions, i: int, draws: Draws) -> bool:
@@ -196,7 +203,7 @@ class Problem:
             limit = min(self.remaining, draws.available)
             played = play_uniform(states, i, rules, draws.block, draws.used, limit, self._legal)
             draws.use(played)
-            self._spend(played)
+            self.spend(played)
             if states["status"][i] != RUNNING:
                 return True
             if self.done:

@@ -7,30 +7,22 @@ one interaction each, then goes into the best of them and backs up to the second
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, field
-
 import numpy as np
 
 from origami_lab.errors import InputError
+from origami_lab.game.undo import note_dtype, step_back, step_noted
+from origami_lab.search.branching import CONTINUE, ENDED, EXHAUSTED, GIVEN, START, TAKE_BACK, UNBOUNDED, walk
 from origami_lab.search.draws import Draws
-from origami_lab.search.problem import Actions, Positions, Problem
+from origami_lab.search.problem import Positions, Problem
 
 _DEPTH = 64
-"""Positions that a search starts with: one for each action on the way to the current one."""
-
-
-@dataclass
-class _Node:
-    """An open node: what is left to do there. Its position is the one at its depth."""
-
-    bound: float
-    queue: list[tuple[float, int]] = field(default_factory=list)
-    """Children still to enter, the next one last: their bound (DFTS: the node's own) and action."""
+"""Depth that a tree has room for at first."""
+_PACE = 4096
+"""Interactions that are played at most between two looks at the clock."""
 
 
 class TreeSearch:
-    """Depth-first branch and bound with limited branching; subclasses order the children.
+    """Depth-first branch and bound with limited branching; subclasses say in which order.
 
     Parameters
     ----------
@@ -41,6 +33,8 @@ class TreeSearch:
         200 shorter searches lose less to a bad first decision (docs/how-it-works.md has the comparison).
     """
 
+    best_first: bool
+
     def __init__(self, children: int = 10, restarts: int = 200) -> None:
         if children < 1:
             raise InputError("search.children", children, "must be at least 1")
@@ -49,111 +43,105 @@ class TreeSearch:
         self.children, self.restarts = children, restarts
 
     def search(self, problem: Problem, rng: np.random.Generator) -> None:
-        draws = Draws(rng)
-        positions = problem.new_positions(_DEPTH)
+        tree = _Tree(problem, Draws(rng), min(self.children, problem.game.max_legal), self.best_first)
         share = -(-problem.budget // self.restarts)
         while not problem.done:
-            self._search_tree(problem, draws, positions, problem.interactions + share)
-
-    def _open(
-        self, problem: Problem, draws: Draws, positions: Positions, depth: int, bound: float, legal: Actions
-    ) -> _Node:
-        raise NotImplementedError
-
-    def _enter(
-        self, problem: Problem, positions: Positions, depth: int, node: _Node, child: tuple[float, int]
-    ) -> tuple[float, Actions] | None:
-        raise NotImplementedError
-
-    def _search_tree(self, problem: Problem, draws: Draws, positions: Positions, until: int) -> None:
-        legal = problem.clear(positions, 0)
-        path = [self._open(problem, draws, positions, 0, math.inf, legal)]
-        while path and not problem.done and problem.interactions < until:
-            node = path[-1]
-            if not node.queue or node.bound <= problem.best_value:
-                path.pop()
-                continue
-            if len(path) + 1 >= len(positions):
-                problem.grow(positions)
-            child = node.queue.pop()
-            if child[0] <= problem.best_value:
-                continue
-            rejected = problem.rejected
-            entered = self._enter(problem, positions, len(path) - 1, node, child)
-            if entered is not None:
-                bound, legal = entered
-                path.append(self._open(problem, draws, positions, len(path), bound, legal))
-            if problem.rejected > rejected:
-                self._trim_path(problem, positions, path)
-
-    def _trim_path(self, problem: Problem, positions: Positions, path: list[_Node]) -> None:
-        """After a design was refused for its dense motion: bound the nodes that led to it by theirs.
-
-        Without this the search would go on completing the same colliding motion in a thousand ways.
-        """
-        for depth in range(len(path) - 1, -1, -1):
-            if not problem.trim(positions, depth):
-                return  # what came before is free, too
-            path[depth].bound = problem.bound(positions, depth)
-
-    def _sample(self, draws: Draws, legal: Actions) -> list[int]:
-        """Up to ``children`` legal actions in random order."""
-        pool = legal.tolist()
-        chosen = []
-        for _ in range(min(self.children, len(pool))):
-            i = draws.below(len(pool))
-            chosen.append(pool[i])
-            pool[i] = pool[-1]
-            pool.pop()
-        return chosen
-
-    def _try(
-        self, problem: Problem, positions: Positions, depth: int, bound: float, action: int
-    ) -> tuple[float, Actions] | None:
-        """Play a child of the node at ``depth``: its bound and legal actions, or None if the episode ended."""
-        legal, complete = problem.branch(positions, depth + 1, depth, action)
-        if len(legal) == 0:
-            problem.finish(positions, depth + 1)
-            return None
-        if complete:
-            bound = problem.bound(positions, depth + 1)
-        return bound, legal
+            tree.search(problem.interactions + share)
 
 
 class DepthFirstSearch(TreeSearch):
     """DFTS: into each new child at once."""
 
-    def _open(
-        self, problem: Problem, draws: Draws, positions: Positions, depth: int, bound: float, legal: Actions
-    ) -> _Node:
-        return _Node(bound, [(bound, action) for action in self._sample(draws, legal)])
-
-    def _enter(
-        self, problem: Problem, positions: Positions, depth: int, node: _Node, child: tuple[float, int]
-    ) -> tuple[float, Actions] | None:
-        entered = self._try(problem, positions, depth, node.bound, child[1])
-        return entered if entered is not None and entered[0] > problem.best_value else None
+    best_first = False
 
 
 class BreadthFirstSearch(TreeSearch):
     """BFTS: the most promising of the children first."""
 
-    def _open(
-        self, problem: Problem, draws: Draws, positions: Positions, depth: int, bound: float, legal: Actions
-    ) -> _Node:
-        queue = []
-        for action in self._sample(draws, legal):
-            if problem.done:
-                break
-            tried = self._try(problem, positions, depth, bound, action)
-            if tried is not None and tried[0] > problem.best_value:
-                queue.append((tried[0], action))
-        queue.reverse()  # among equals, the first one sampled is entered first
-        queue.sort(key=lambda child: child[0])
-        return _Node(bound, queue)
+    best_first = True
 
-    def _enter(
-        self, problem: Problem, positions: Positions, depth: int, node: _Node, child: tuple[float, int]
-    ) -> tuple[float, Actions] | None:
-        legal, _ = problem.branch(positions, depth + 1, depth, child[1], count=False)
-        return min(child[0], node.bound), legal
+
+class _Tree:
+    """A tree being searched: one state, the path to it, and the nodes on that path."""
+
+    def __init__(self, problem: Problem, draws: Draws, children: int, best_first: bool) -> None:
+        game, evaluator = problem.game, problem.evaluator
+        self.problem, self.draws, self.best_first = problem, draws, best_first
+        self.states = game.new_states(1)
+        self.target = getattr(evaluator, "compiled_bound", None)
+        self.legal = np.empty(game.max_legal, dtype=np.int32)
+        self.memos = evaluator.new_memos(_DEPTH)
+        self.notes = np.empty(_DEPTH, dtype=note_dtype(len(game.angles)))
+        self.counters = np.empty((_DEPTH, 3), dtype=np.int64)
+        self.children = np.empty((_DEPTH, children), dtype=np.int32)
+        self.bounds = np.empty((_DEPTH, children + 1))
+
+    def search(self, until: int) -> None:
+        """Search one tree from the empty board until so many interactions are played in all, or it is exhausted."""
+        problem, draws, evaluator = self.problem, self.draws, self.problem.evaluator
+        why, depth, how, given = EXHAUSTED, 0, START, 0.0
+        evaluator.clear(self.memos, 0)
+        while not problem.done and problem.interactions < until:
+            if depth + 2 >= len(self.memos):
+                self._grow()
+            draws.reserve(self.children.shape[1])
+            line = self.states, problem.game.rules, self.notes, self.memos, self.legal
+            tree = self.counters, self.children, self.bounds, self.best_first, self.target
+            limit = min(until, problem.budget, problem.interactions + _PACE) - problem.interactions
+            why, depth, used, played = walk(
+                *line, *tree, draws.block, draws.used, depth, how, given, problem.best_value, limit
+            )
+            draws.used = used
+            problem.spend(played)
+            how = CONTINUE
+            if why == EXHAUSTED:
+                return
+            if why == UNBOUNDED:
+                how, given = GIVEN, problem.bound(self._position(depth + 1), 0)
+            elif why == ENDED:
+                how = TAKE_BACK
+                rejected = problem.rejected
+                problem.finish(self._position(depth + 1), 0)
+                if problem.rejected > rejected:
+                    step_back(self.states, 0, self.notes, depth)
+                    how, depth = CONTINUE, self._trim_path(depth)
+
+    def _position(self, depth: int) -> Positions:
+        """The position on the board, which is at this depth."""
+        return Positions(self.states, self.memos[depth : depth + 1])
+
+    def _trim_path(self, depth: int) -> int:
+        """After a design was refused for its dense motion: bound the nodes that led to it by theirs.
+
+        Without this the search would go on completing the same colliding motion in a thousand ways. Returns the depth
+        of the deepest node that still has a promise; the board is there.
+        """
+        problem, states = self.problem, self.states
+        actions = states["actions"][0][:depth].copy()
+        reach: list[int] = []
+        top = depth
+        while problem.trim(self._position(top), 0):
+            self.bounds[top, -1] = problem.bound(self._position(top), 0)
+            reach.append(int(states["reach"][0]))
+            if top == 0:
+                break
+            top -= 1
+            step_back(states, 0, self.notes, top)
+        # forward again, with the shorter reach
+        if len(reach) > depth:
+            reach.pop()
+        while reach and self.bounds[top + 1, -1] > problem.best_value:
+            step_noted(states, 0, problem.game.rules, int(actions[top]), self.notes, top, self.legal)
+            top += 1
+            states["reach"][0] = reach.pop()
+        return top
+
+    def _grow(self) -> None:
+        """Room for twice the depth."""
+        size = len(self.memos)
+        memos = self.problem.evaluator.new_memos(2 * size)
+        memos[:size] = self.memos
+        self.memos = memos
+        for name in ("notes", "counters", "children", "bounds"):
+            rows = getattr(self, name)
+            setattr(self, name, np.concatenate([rows, np.empty_like(rows)]))

@@ -1,0 +1,67 @@
+"""DFTS and BFTS in plain Python, with a copy of the position at every depth: what the compiled walk must agree with."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from origami_lab.search.draws import Draws
+from origami_lab.search.problem import Actions, Positions, Problem
+
+
+class ReferenceTreeSearch:
+    """Branch and bound as the paper's appendix describes it, with one restart after another."""
+
+    def __init__(self, best_first: bool, children: int = 10) -> None:
+        self.best_first, self.children = best_first, children
+
+    def search(self, problem: Problem, rng: np.random.Generator) -> None:
+        draws = Draws(rng)
+        positions = problem.new_positions(64)
+        while not problem.done:
+            own = [math.inf]
+            self._visit(problem, draws, positions, own, problem.clear(positions, 0))
+
+    def _visit(self, problem: Problem, draws: Draws, positions: Positions, own: list[float], legal: Actions) -> None:
+        """Search below the position at depth ``len(own) - 1``; own[d] bounds the node at depth d."""
+        depth = len(own) - 1
+        if depth + 2 > len(positions):
+            problem.grow(positions)
+        tried: list[tuple[float, int]] = []
+        for action in draws.sample(legal, self.children).tolist():
+            if problem.done or own[depth] <= problem.best_value:
+                return
+            below, complete = problem.branch(positions, depth + 1, depth, action)
+            if len(below) == 0:
+                rejected = problem.rejected
+                problem.finish(positions, depth + 1)
+                if problem.rejected > rejected:
+                    self._trim(problem, positions, own)
+                continue
+            bound = problem.bound(positions, depth + 1) if complete else own[depth]
+            if bound <= problem.best_value:
+                continue
+            if self.best_first:
+                tried.append((bound, action))
+            else:
+                self._below(problem, draws, positions, own, bound, below)
+        for bound, action in sorted(tried, key=lambda child: -child[0]):
+            if problem.done or min(bound, own[depth]) <= problem.best_value:
+                return
+            below, _ = problem.branch(positions, depth + 1, depth, action, count=False)
+            self._below(problem, draws, positions, own, min(bound, own[depth]), below)
+
+    def _below(
+        self, problem: Problem, draws: Draws, positions: Positions, own: list[float], bound: float, legal: Actions
+    ) -> None:
+        own.append(bound)
+        self._visit(problem, draws, positions, own, legal)
+        own.pop()
+
+    def _trim(self, problem: Problem, positions: Positions, own: list[float]) -> None:
+        """Bound the nodes on the way to a refused design by what they can really reach."""
+        for depth in range(len(own) - 1, -1, -1):
+            if not problem.trim(positions, depth):
+                return
+            own[depth] = problem.bound(positions, depth)
