@@ -42,7 +42,6 @@ MEMORY = 8 * 2**30
 LIMIT_SECONDS = 3
 OBJECTIVE = "# @package _global_\ntask: faulty\nobjective:\n  _target_: benchmarks.faulty.Faulty\n  how: ???\n"
 OBJECTIVE += "  where: score\n  once: ???\n"
-SEARCH = "# @package _global_\nmethod: endless\nsearch:\n  _target_: benchmarks.faulty.Endless\n"
 
 # --- kill -9 ----------------------------------------------------------------------------------------------------------
 
@@ -176,10 +175,9 @@ def objectives(place: Path, report: Report) -> None:
         f"Two seeds; one bad call in the first trial, objective_seconds={LIMIT_SECONDS}, {MEMORY >> 30} GiB of memory."
     )
     report.table("the objective", "in", "exit code", "seconds", "seed 0", "seed 1")
-    for folder, text in (("objective/faulty.yaml", OBJECTIVE), ("search/endless.yaml", SEARCH)):
-        file = place / "conf" / folder
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(text, encoding="utf-8")
+    file = place / "conf/objective/faulty.yaml"
+    file.parent.mkdir(parents=True)
+    file.write_text(OBJECTIVE, encoding="utf-8")
     for number, how in enumerate(WAYS):
         _bad_objective(place, report, f"objective-{number}", how, "score")
     for number, how in enumerate(("raises", "returns None", "returns NaN", "blocks for ever in C")):
@@ -217,13 +215,11 @@ def _bad_objective(place: Path, report: Report, folder: str, how: str, where: st
 def searchers(place: Path, report: Report) -> None:
     """A searcher that never ends of itself."""
     report.add("", "## A searcher that never asks whether it is done", "")
-    file = place / "conf/search/endless.yaml"
-    file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(SEARCH, encoding="utf-8")
     report.table("it ends by", "exit code", "interactions", "trials.csv")
     for name, budget, wanted in (("its budget", "400", 0), ("Ctrl-C", "1e9", 130)):
         folder = f"endless-{wanted}"
-        own = ["--config-dir", str(place / "conf"), "target=pyramid", "search=endless", f"budget={budget}", UNTRACKED]
+        own = ["target=pyramid", "search=rdm", "search._target_=benchmarks.faulty.Endless", UNTRACKED]
+        own += [f"budget={budget}"]
         run = start(place, [*own, f"output={folder}"])
         if wanted:
             run.wait_for(lambda run=run: "seed 0:" in run.text())  # type: ignore[misc]

@@ -7,6 +7,7 @@ import json
 import math
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -62,7 +63,7 @@ def run_trial(
     FolderError
         If its files cannot be written; nothing is left of them.
     """
-    from origami_lab.search.problem import Problem
+    from origami_lab.search.problem import Problem, SearchEnded
 
     def on_progress(problem: Problem) -> None:
         if report is not None:
@@ -79,7 +80,8 @@ def run_trial(
         should_stop=should_stop,
     )
     start = time.perf_counter()
-    parts.searcher.search(problem, random_generator(seed))
+    with suppress(SearchEnded):  # a searcher that does not ask for ``done`` ends like this
+        parts.searcher.search(problem, random_generator(seed))
     seconds = time.perf_counter() - start
     on_progress(problem)
 

@@ -8,6 +8,10 @@ import os
 import shutil
 from pathlib import Path
 
+import numpy as np
+
+from origami_lab.search.problem import Problem
+
 
 class Height:
     """The height of the highest folded point."""
@@ -80,6 +84,18 @@ class Vandal(Height):
 
 class NoObjective:
     """Has no score."""
+
+
+class Endless:
+    """Plays at random and never asks whether it is done."""
+
+    def search(self, problem: Problem, rng: np.random.Generator) -> None:
+        positions = problem.new_positions(1)
+        while True:
+            legal = problem.clear(positions, 0)
+            while len(legal):
+                legal = problem.play(positions, 0, int(rng.choice(legal)))
+            problem.finish(positions, 0)
 
 
 class NoSearcher:

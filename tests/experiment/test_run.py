@@ -170,9 +170,11 @@ def test_default_output_and_multirun(tmp_path: Path, capfd: pytest.CaptureFixtur
     assert [file.name for file in tmp_path.iterdir()] == ["results"]
 
 
-def test_an_objective_of_ones_own_has_no_target_and_no_distances(tmp_path: Path) -> None:
-    assert run(tmp_path, *OWN_OBJECTIVE, "objective=height", "budget=400", "verbosity=quiet") == 0
+def test_an_objective_and_an_endless_searcher_of_ones_own(tmp_path: Path) -> None:
+    endless = "search._target_=tests.experiment.fakes.Endless"
+    assert run(tmp_path, *OWN_OBJECTIVE, "objective=height", "budget=400", "verbosity=quiet", endless) == 0
     (row,) = read_trials(tmp_path / "out/trials.csv")
+    assert (row["interactions"], row["status"]) == (400, "ok")
     assert row["return"] > 0
     assert row["return_vertex"] is row["return_surface"] is row["return_sampled"] is None
     assert not (tmp_path / "out/target.ply").exists()
