@@ -47,6 +47,7 @@ REFUSED: list[tuple[list[str], str, str]] = [
     ([BOWL, "stuck=maybe"], "stuck=maybe:", "score, penalise"),
     ([BOWL, "certify=all"], "certify=all:", "improvements, none"),
     ([BOWL, "objective.distance=l2"], "objective.distance=l2:", "vertex, surface, sampled"),
+    ([BOWL, "objective_seconds=0"], "objective_seconds=0:", "seconds above 0"),
     ([BOWL, "source_action=perhaps"], "source_action=perhaps:", "true or false"),
     ([BOWL, "resume=true"], "resume=true:", "output=DIR"),
     ([BOWL, "task=a/b"], "task=a/b:", "word"),
@@ -130,7 +131,7 @@ def test_refused_in_one_line(capsys: pytest.CaptureFixture[str], arguments: list
         (["target=cube", "start.size=9"], "start.size=9:", "from 1 to 3"),
         (["target=mesh", "target.path=nosuch.stl"], "target.path=nosuch.stl:", "no such file"),
         ([BOWL, "output=/proc/no/such/place"], "output=/proc/no/such/place:", "can be written"),
-        ([BOWL, "output=nosuch", "resume=true"], "output=nosuch:", "must be the folder of a run"),
+        ([BOWL, f"output={Path(__file__).parent}", "resume=true"], "output=", "must be the folder of a run"),
     ],
 )
 def test_refused_by_the_parts_themselves(

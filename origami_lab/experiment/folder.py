@@ -8,21 +8,29 @@
     summary.json           mean ± std, the best seed, versions, the command
     seed=N/                one finished trial, renamed into place as a whole
     seed=N.error.txt       the traceback of a trial that failed
+
+Everything visible is whole: it is written under a hidden name first. What a killed run leaves of those is cleared when
+it is resumed.
 """
 
 from __future__ import annotations
 
+import errno
 import json
 import os
+import re
 import shutil
+import tempfile
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from omegaconf import OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+from yaml import YAMLError  # type: ignore[import-untyped]
 
 from origami_lab.errors import InputError
 from origami_lab.experiment.settings import Node, Settings
@@ -32,8 +40,33 @@ if TYPE_CHECKING:
     from origami_lab.objectives.targets import Target
 
 RESULTS = Path("results")
-FREE_TO_CHANGE = ("seed", "workers", "tracking", "output", "resume", "verbosity")
+FREE_TO_CHANGE = ("seed", "workers", "objective_seconds", "tracking", "output", "resume", "verbosity")
 """Keys that may differ between a run and its resumption: they do not change what a trial finds."""
+
+_LEFTOVER = re.compile(
+    r"\.((config\.yaml|target\.ply|trials\.csv|(summary|tracking)\.json|seed=\d+\.error\.txt)\.\d+|seed=\d+\.(\d+|old))\.tmp"
+)
+"""Names of what is being written, or was when the run was killed."""
+
+_LOCK = ".running"
+
+NO_ROOM = ("the disk is full", "the disk quota is used up")
+_TROUBLES = {
+    errno.ENOSPC: NO_ROOM[0],
+    errno.EDQUOT: NO_ROOM[1],
+    errno.EFBIG: "a file would be larger than allowed",
+    errno.EROFS: "the file system is read-only",
+    errno.ENOENT: "the folder is gone",
+    errno.ENOTDIR: "the folder is gone",
+}
+
+
+class FolderError(Exception):
+    """The run folder cannot be written any more; the message says why, in a few words."""
+
+    def __init__(self, cause: OSError | str) -> None:
+        self.why = cause if isinstance(cause, str) else _TROUBLES.get(cause.errno or 0, cause.strerror or str(cause))
+        super().__init__(self.why)
 
 
 class RunFolder:
@@ -43,62 +76,90 @@ class RunFolder:
         self.path = path
 
     @classmethod
-    def create(cls, settings: Settings, now: datetime | None = None) -> RunFolder:
-        """Make the folder of a new run, or take up the one of a run that is resumed.
+    @contextmanager
+    def opened(cls, settings: Settings, now: datetime | None = None) -> Iterator[RunFolder]:
+        """The folder of a new run or of one that is resumed, for this process alone.
+
+        With ``resume``, a folder in which nothing has begun yet is a new run's: a batch system gives the same command
+        again, whenever the first one was killed.
 
         Raises
         ------
         InputError
-            If ``output`` holds something already and ``resume`` is false, if there is nothing to resume or
-            it was made with other settings, or if the folder cannot be written.
+            If ``output`` holds something already and ``resume`` is false, if it is not the folder of a run or of one
+            that was made with other settings, if it cannot be written, or if another process writes to it.
         """
-        try:
-            if settings.resume:
-                return cls._resume(settings)
-            if settings.output is None:
-                return cls(_fresh_folder(settings, now or datetime.now()))
-            if settings.output.exists() and any(settings.output.iterdir()):
-                raise InputError(
-                    "output",
-                    settings.output,
-                    "must be a new or empty folder; resume=true finishes the run in it",
-                )
-            settings.output.mkdir(parents=True, exist_ok=True)
-            if not os.access(settings.output, os.W_OK):
-                raise PermissionError(13, "Permission denied")
-            return cls(settings.output)
-        except OSError as error:
-            where = settings.output or RESULTS
-            reason = error.strerror or str(error)
-            raise InputError("output", where, f"must be a folder that can be written ({reason})") from error
+        folder = cls._find(settings, now or datetime.now())
+        with locked(folder.path):
+            folder.clear_leftovers()
+            try:
+                yield folder
+            finally:
+                folder.clear_leftovers()
 
     @classmethod
-    def _resume(cls, settings: Settings) -> RunFolder:
-        if settings.output is None:
+    def _find(cls, settings: Settings, now: datetime) -> RunFolder:
+        output = settings.output
+        if settings.resume and output is None:
             runs = sorted((RESULTS / settings.task / settings.method).glob("*/config.yaml"))
             hint = f", e.g. output={runs[-1].parent}" if runs else ""
             raise InputError("resume", "true", f"must come with the folder to finish, output=DIR{hint}")
-        folder = cls(settings.output)
-        if not (folder.path / "config.yaml").is_file():
-            raise InputError("output", settings.output, "must be the folder of a run, there is no config.yaml in it")
-        differing = _differences(folder.config(), settings.config)
+        try:
+            folder = cls(_fresh_folder(settings, now) if output is None else output)
+            if settings.resume and folder.has_begun:
+                folder._check_same(settings)
+            elif folder.path.exists() and not folder._is_empty():
+                expected = "must be a new or empty folder; resume=true finishes the run in it"
+                if settings.resume:
+                    expected = "must be the folder of a run, there is no config.yaml in it"
+                raise InputError("output", folder.path, expected)
+            folder.path.mkdir(parents=True, exist_ok=True)
+            tempfile.TemporaryFile(dir=folder.path).close()
+            return folder
+        except OSError as error:
+            where = output or RESULTS
+            reason = error.strerror or str(error)
+            raise InputError("output", where, f"must be a folder that can be written ({reason})") from error
+
+    def _is_empty(self) -> bool:
+        return all(file.name == _LOCK or _LEFTOVER.fullmatch(file.name) for file in self.path.iterdir())
+
+    def _check_same(self, settings: Settings) -> None:
+        differing = _differences(self.config(), settings.config)
         if differing:
             raise InputError(
                 "output",
-                settings.output,
+                self.path,
                 "cannot be resumed with other settings than it was started with: " + "; ".join(differing),
             )
-        for leftover in folder.path.glob(".seed=*.tmp"):
-            shutil.rmtree(leftover, ignore_errors=True)
-        return folder
+
+    def clear_leftovers(self) -> None:
+        """Remove what a killed process was writing. A stopped trial that was being replaced comes back."""
+        with suppress(OSError):
+            for leftover in [file for file in self.path.iterdir() if _LEFTOVER.fullmatch(file.name)]:
+                final = self.path / leftover.name.removeprefix(".").removesuffix(".old.tmp")
+                with suppress(OSError):
+                    if leftover.name.endswith(".old.tmp") and not final.exists():
+                        leftover.replace(final)
+                    elif leftover.is_dir():
+                        shutil.rmtree(leftover)
+                    else:
+                        leftover.unlink()
 
     # --- what is on disk ---
 
+    @property
+    def has_begun(self) -> bool:
+        """Whether a run was started in it: its configuration is the first thing written."""
+        return (self.path / "config.yaml").is_file()
+
     def config(self) -> dict[str, Any]:
-        """The configuration the run was started with."""
-        container = OmegaConf.to_container(OmegaConf.load(self.path / "config.yaml"), resolve=True)
-        assert isinstance(container, dict)
-        return {str(key): value for key, value in container.items()}
+        """The configuration the run was started with; raises InputError if it cannot be read."""
+        try:
+            container = OmegaConf.to_container(OmegaConf.load(self.path / "config.yaml"), resolve=True)
+        except (OSError, ValueError, OmegaConfBaseException, YAMLError) as error:
+            raise InputError("output", self.path, "must hold a run's config.yaml, this one cannot be read") from error
+        return {str(key): value for key, value in container.items()} if isinstance(container, dict) else {}
 
     def trial(self, seed: int) -> Path:
         return self.path / f"seed={seed}"
@@ -137,12 +198,21 @@ class RunFolder:
 
     @contextmanager
     def new_trial(self, seed: int) -> Iterator[Path]:
-        """A temporary folder that becomes ``seed=N`` when the block ends, and vanishes if it raises."""
+        """A temporary folder that becomes ``seed=N`` when the block ends, and vanishes if it raises.
+
+        Raises
+        ------
+        FolderError
+            Instead of any OSError, those of the block included.
+        """
         temporary = self.path / f".seed={seed}.{os.getpid()}.tmp"
-        shutil.rmtree(temporary, ignore_errors=True)
-        temporary.mkdir()
         try:
+            shutil.rmtree(temporary, ignore_errors=True)
+            temporary.mkdir()
             yield temporary
+            for file in temporary.iterdir():
+                _sync(file)
+            (self.path / f"seed={seed}.error.txt").unlink(missing_ok=True)
             final = self.trial(seed)
             if final.exists():  # a stopped trial that ran again
                 old = self.path / f".seed={seed}.old.tmp"
@@ -152,9 +222,17 @@ class RunFolder:
                 shutil.rmtree(old, ignore_errors=True)
             else:
                 temporary.replace(final)
-            (self.path / f"seed={seed}.error.txt").unlink(missing_ok=True)
+        except OSError as error:
+            raise FolderError(error) from error
         finally:
             shutil.rmtree(temporary, ignore_errors=True)
+
+    def require_room(self, size: int) -> None:
+        """Raise OSError unless a file of so many bytes can be written."""
+        with tempfile.TemporaryFile(dir=self.path) as file:
+            file.write(os.urandom(size))
+            file.flush()
+            os.fsync(file.fileno())
 
 
 def failed_row(seed: int, reason: str) -> dict[str, Any]:
@@ -162,17 +240,65 @@ def failed_row(seed: int, reason: str) -> dict[str, Any]:
     return {"seed": seed, "status": f"{FAILED}: {reason}"}
 
 
-def write_atomically(path: Path, text: str) -> None:
-    """Write a file so that a reader finds the old text or the new one, never a part."""
+def write_atomically(path: Path, content: str | bytes) -> None:
+    """Write a file so that a reader finds the old content or the new one, never a part."""
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
-        with temporary.open("w", encoding="utf-8") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
+        temporary.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8"))
+        _sync(temporary)
         temporary.replace(path)
     finally:
-        temporary.unlink(missing_ok=True)
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+
+
+def _sync(file: Path) -> None:
+    """Have a file on the disk: some file systems only say then that there is no room for it."""
+    with file.open("rb+") as stream:
+        os.fsync(stream.fileno())
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Keep a run folder for this process. The system drops the lock when the process ends, in whatever way.
+
+    Raises
+    ------
+    InputError
+        If another process has it.
+    """
+    try:
+        import fcntl
+    except ImportError:  # Windows
+        yield
+        return
+    path = folder / _LOCK
+    while True:
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT)
+        try:
+            try:
+                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError as error:
+                raise InputError("output", folder, "must be a folder that no running experiment writes to") from error
+            except OSError:  # a file system without locks
+                pass
+            if not _is_at(descriptor, path):  # its last owner removed it in the meantime
+                continue
+            try:
+                yield
+            finally:
+                with suppress(OSError):
+                    path.unlink()
+            return
+        finally:
+            os.close(descriptor)
+
+
+def _is_at(descriptor: int, path: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(descriptor), path.stat())
+    except FileNotFoundError:
+        return False
 
 
 def write_ply(path: Path, vertices: np.ndarray[Any, Any], faces: np.ndarray[Any, Any]) -> None:
@@ -186,7 +312,7 @@ def write_ply(path: Path, vertices: np.ndarray[Any, Any], faces: np.ndarray[Any,
     records["count"] = 3
     records["corners"] = faces
     body = np.ascontiguousarray(vertices, dtype="<f8").tobytes() + records.tobytes()
-    path.write_bytes(header.encode("ascii") + body)
+    write_atomically(path, header.encode("ascii") + body)
 
 
 def _fresh_folder(settings: Settings, now: datetime) -> Path:

@@ -1,26 +1,26 @@
 """Worker processes that run trials: one pipe each, so that a dead worker costs its own trial only.
 
 Not a library's pool, because three things must hold together: progress while a trial runs, a stop order that
-saves the best so far, and a worker that crashes (or is killed for its memory) failing one seed and no other.
+saves the best so far, and a worker that crashes (is killed for its memory, hangs) failing one seed and no other.
 """
 
 from __future__ import annotations
 
 import multiprocessing
 import os
-import signal
 import sys
 from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 
 from origami_lab.experiment.folder import RunFolder
+from origami_lab.experiment.interrupts import blocked_interrupts
 from origami_lab.experiment.settings import Settings
 from origami_lab.experiment.trial import Progress
+from origami_lab.experiment.watch import CallLimit
 from origami_lab.experiment.worker import Failed, Finished, Task, serve
 
 TICK_SECONDS = 0.1
@@ -49,6 +49,7 @@ Event = Started | Progress | Finished | Failed | Tick
 class _Worker:
     process: SpawnProcess
     pipe: Connection
+    limit: CallLimit
     task: Task | None = None
     playing: bool = False
     """Whether its trial has reported: only then is there something to save."""
@@ -96,19 +97,19 @@ class Pool:
             if worker.task is None:
                 continue
             if not worker.playing:  # still loading or compiling: nothing to save
-                worker.process.terminate()
+                worker.process.kill()
                 continue
             with suppress(OSError):  # it died; _listen will say so
                 worker.pipe.send("stop")
 
     def close(self) -> None:
-        """End all workers, whatever they are doing."""
+        """End all workers, whatever they are doing. More than once does no harm."""
         for worker in self._workers:
             try:
                 if worker.task is None:
                     worker.pipe.send(None)
                 else:
-                    worker.process.terminate()
+                    worker.process.kill()
                 worker.pipe.close()
             except OSError:
                 pass
@@ -126,13 +127,17 @@ class Pool:
 
     def _start(self, first: bool = False) -> _Worker:
         ours, theirs = self._context.Pipe()
-        process = self._context.Process(target=serve, args=(theirs, self._settings, first), daemon=True)
-        with _environment(ONE_THREAD), _hidden_main(), _blocked_interrupts():
+        limit = CallLimit(self._context, self._settings.objective_seconds)
+        arguments = (theirs, self._settings, limit.number, first)
+        process = self._context.Process(target=serve, args=arguments, daemon=True)
+        with _environment(ONE_THREAD), _hidden_main(), blocked_interrupts():
             process.start()
         theirs.close()
-        return _Worker(process, ours)
+        return _Worker(process, ours, limit)
 
     def _give(self, worker: _Worker, task: Task) -> None:
+        if not worker.process.is_alive():  # between two trials
+            self._replace(worker)
         worker.task, worker.playing = task, False
         with suppress(OSError):  # it died; _listen will say so
             worker.pipe.send(task)
@@ -150,22 +155,36 @@ class Pool:
             if not isinstance(event, Progress):
                 worker.task = None
             yield event
+        for worker in busy:
+            if worker.task is not None and worker.limit.exceeded():
+                worker.process.kill()
+                limit = f"objective_seconds={worker.limit.seconds:g}"
+                yield self._bury(worker, f"the objective took longer than {limit} in one call")
 
-    def _bury(self, worker: _Worker) -> Event:
+    def _bury(self, worker: _Worker, reason: str = "") -> Event:
         """A worker died with its trial. Another takes its place."""
         task = worker.task
-        worker.process.join(JOIN_SECONDS)
-        code = worker.process.exitcode
-        worker.pipe.close()
-        worker.task = None
-        if self.stopping and not worker.playing:  # ended by us before it had anything
-            return Tick()
-        if not self.stopping:
-            fresh = self._start()
-            worker.process, worker.pipe = fresh.process, fresh.pipe
         assert task is not None
+        worker.process.join(JOIN_SECONDS)
+        if worker.process.is_alive():  # it lost no more than its pipe
+            worker.process.kill()
+            worker.process.join()
+        code = worker.process.exitcode
+        worker.task = None
+        if self.stopping:
+            worker.pipe.close()
+            if not worker.playing:  # ended by us before it had anything
+                return Tick()
+        else:
+            self._replace(worker)
         cause = f"killed by signal {-code}" if code is not None and code < 0 else f"exit code {code}"
-        return Failed(task.seed, f"the worker process died ({cause})", "")
+        return Failed(task.seed, reason or f"the worker process died ({cause})", "")
+
+    def _replace(self, worker: _Worker) -> None:
+        """A fresh process in a dead one's place."""
+        worker.pipe.close()
+        fresh = self._start()
+        worker.process, worker.pipe, worker.limit = fresh.process, fresh.pipe, fresh.limit
 
 
 def _is_under_way(event: Event) -> bool:
@@ -186,21 +205,6 @@ def _environment(values: dict[str, str]) -> Iterator[None]:
                 del os.environ[name]
             else:
                 os.environ[name] = value
-
-
-@contextmanager
-def _blocked_interrupts() -> Iterator[None]:
-    """Start processes that never see Ctrl-C, not even while they import; ours is delivered afterwards."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    # started by the first process otherwise, which would unblock the signal on the way
-    resource_tracker.ensure_running()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager

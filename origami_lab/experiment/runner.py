@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import platform
 import shlex
-import signal
-import threading
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from functools import cached_property
@@ -18,13 +16,14 @@ from typing import TYPE_CHECKING, Any
 
 import origami_lab
 from origami_lab.experiment.build import build_parts
-from origami_lab.experiment.folder import RunFolder, failed_row
+from origami_lab.experiment.folder import NO_ROOM, FolderError, RunFolder, failed_row
+from origami_lab.experiment.interrupts import Interrupts
 from origami_lab.experiment.pool import Event, Pool
 from origami_lab.experiment.progress import Display, make_display
 from origami_lab.experiment.remarks import remarks
 from origami_lab.experiment.seeds import format_seeds
 from origami_lab.experiment.settings import Settings
-from origami_lab.experiment.tracking import Tracker, check_tracking, make_tracker
+from origami_lab.experiment.tracking import PATIENCE_SECONDS, Tracker, check_tracking, make_tracker
 from origami_lab.experiment.trial import Progress
 from origami_lab.experiment.worker import Failed, Finished
 from origami_lab.reporting.tables import FAILED, Row, best_row, spent_budget, spreads
@@ -35,6 +34,10 @@ if TYPE_CHECKING:
     from origami_lab.objectives.targets import Target
 
 EXIT_OK, EXIT_FAILED, EXIT_INTERRUPTED = 0, 1, 130
+HURRIED_SECONDS = 3.0
+"""How long the tracker may take when we are to leave at once."""
+LOST_TERMINAL = (OSError, SystemExit)
+"""What writing to a terminal that is gone raises; SystemExit is rich's answer to a broken pipe."""
 PACKAGES = ("numpy", "numba", "scipy", "trimesh", "hydra-core", "mlflow")
 
 
@@ -53,6 +56,10 @@ class Experiment:
 def run_experiment(settings: Settings, console: Console, command: Sequence[str] = ()) -> Experiment:
     """Run the trials that the settings ask for.
 
+    A folder that cannot be written any more costs the trials that end meanwhile and not the others. Ctrl-C (SIGTERM,
+    SIGHUP) ends the running trials with their best so far, the second one ends all at once; what is known is written,
+    tracked and returned in either case.
+
     Parameters
     ----------
     console
@@ -64,43 +71,86 @@ def run_experiment(settings: Settings, console: Console, command: Sequence[str] 
     ------
     InputError
         Before anything is written, if the settings cannot be used.
+    KeyboardInterrupt
+        If interrupted before the first trial.
     """
-    with _signals() as signals, Pool(settings) as pool:
+    with Interrupts() as interrupts, Pool(settings) as pool:
         # the workers import while the parent checks its input
         check_tracking(settings)
         parts = build_parts(settings)
-        target = parts.target
-        if signals:
-            raise KeyboardInterrupt
-        folder = RunFolder.create(settings)
-        rows = folder.rows() if settings.resume else {}
-        todo = tuple(seed for seed in settings.seeds if seed not in rows or not spent_budget(rows[seed]))
-        settings = _with_seeds_on_disk(settings, rows)
-        folder.write_config(settings.config)
-        if target is not None:
-            folder.write_target(target)
-        with make_display(console, settings.verbosity, todo, settings.budget) as display:
-            if settings.resume:
-                display.note(f"{len(settings.seeds) - len(todo)} of {len(settings.seeds)} trials are on disk")
-            if settings.verbosity != "quiet":
-                for remark in remarks(settings, parts):
+        with RunFolder.opened(settings) as folder:
+            resumed = folder.has_begun
+            rows = folder.rows()
+            todo = tuple(seed for seed in settings.seeds if seed not in rows or not spent_budget(rows[seed]))
+            settings = _with_seeds_on_disk(settings, rows)
+            with _Unfailing(make_display(console, settings.verbosity, todo, settings.budget)) as display:
+                if settings.resume and not resumed:
+                    display.note(f"nothing to resume in {folder.path} yet: starting")
+                elif settings.resume:
+                    display.note(f"{len(settings.seeds) - len(todo)} of {len(settings.seeds)} trials are on disk")
+                for remark in remarks(settings, parts) if settings.verbosity != "quiet" else ():
                     display.note(remark)
-            record = _Record(settings, folder, rows, display, command, target)
-            try:
-                for event in pool.run(folder, todo):
-                    display.show(event)
-                    record.take(event)
-                    if signals and not pool.stopping:
-                        display.say("stopping: saving the best so far (Ctrl-C again to leave at once)")
-                        pool.stop()
-            finally:
-                summary = record.write_summary(interrupted=bool(signals))
-    # Ctrl-C is itself again: it ends the wait for a slow tracking server
-    record.tracker.finish(summary)
-    ordered = tuple(rows[seed] for seed in settings.seeds if seed in rows)
-    failed = any(str(row["status"]).startswith(FAILED) for row in ordered)
-    code = EXIT_INTERRUPTED if signals else EXIT_FAILED if failed else EXIT_OK
-    return Experiment(folder.path, ordered, summary, code)
+                record = _Record(settings, folder, rows, display, command, parts.target)
+                try:
+                    if record.begin(parts.target):
+                        _play(pool, folder, todo, record, display, interrupts)
+                finally:
+                    interrupts.limit = None
+                    pool.close()
+                    summary = record.write_summary(interrupted=interrupts.count > 0)
+            code = record.exit_code(interrupted=summary["interrupted"])
+            record.finish(summary, interrupts)
+    return Experiment(folder.path, record.ordered(), summary, code)
+
+
+def _play(
+    pool: Pool,
+    folder: RunFolder,
+    todo: Sequence[int],
+    record: _Record,
+    display: Display,
+    interrupts: Interrupts,
+) -> None:
+    """Run the trials; the first interrupt stops them, the second one leaves at once."""
+    interrupts.limit = 2
+    try:
+        for event in pool.run(folder, todo):
+            display.show(event)
+            record.take(event)
+            if interrupts.count and not pool.stopping:
+                display.say("stopping: saving the best so far (Ctrl-C again to leave at once)")
+                pool.stop()
+    except KeyboardInterrupt:
+        interrupts.limit = None
+        display.say("leaving at once")
+
+
+class _Unfailing:
+    """A display that may lose its terminal: the trials go on."""
+
+    def __init__(self, display: Display) -> None:
+        self.display = display
+
+    def __enter__(self) -> _Unfailing:
+        with suppress(*LOST_TERMINAL):
+            self.display.__enter__()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        with suppress(*LOST_TERMINAL):
+            self.display.__exit__(*error)
+
+    def show(self, event: Event) -> None:
+        with suppress(*LOST_TERMINAL):
+            self.display.show(event)
+
+    def say(self, line: str) -> None:
+        with suppress(*LOST_TERMINAL):
+            self.display.say(line)
+
+    def note(self, line: str) -> None:
+        with suppress(*LOST_TERMINAL):
+            self.display.note(line)
 
 
 class _Record:
@@ -118,12 +168,26 @@ class _Record:
         self.units_per_cell = None if target is None else target.units_per_cell
         self.settings, self.folder, self.rows = settings, folder, rows
         self.display, self.command = display, command
+        self.trouble = ""
+        """Why the folder could not be written, if that cost something."""
+        self.begun = False
         self.began = time.perf_counter()
 
     @cached_property
     def tracker(self) -> Tracker:
         """Opened when first needed: the import of mlflow must not delay the first interaction."""
         return make_tracker(self.settings, self.folder.path, self.display.say)
+
+    def begin(self, target: Target | None) -> bool:
+        """Write what stands at the beginning; False if the folder cannot take even that."""
+        try:
+            self.folder.write_config(self.settings.config)
+            if target is not None:
+                self.folder.write_target(target)
+        except OSError as error:
+            self.trouble = FolderError(error).why
+        self.begun = not self.trouble
+        return self.begun
 
     def take(self, event: Event) -> None:
         """Record what an event says of a trial."""
@@ -132,10 +196,12 @@ class _Record:
                 _ = self.tracker  # it gets ready in its own thread while the trials run
             case Finished(seed, row):
                 self._end(seed, row)
-            case Failed(seed, reason, traceback):
+            case Failed(seed, reason, traceback, trouble):
+                self.trouble = trouble or self.trouble
                 message = f"warning: seed {seed} failed: {reason}"
                 if traceback:
-                    message += f" (traceback in {self.folder.write_error(seed, traceback)})"
+                    with suppress(OSError):
+                        message += f" (traceback in {self.folder.write_error(seed, traceback)})"
                     if self.settings.verbosity == "verbose":
                         message += "\n" + traceback
                 self.display.say(message)
@@ -143,18 +209,51 @@ class _Record:
 
     def _end(self, seed: int, row: dict[str, Any]) -> None:
         self.rows[seed] = row
-        self.folder.write_trials(self.rows.values())
+        with suppress(OSError):  # the last one counts
+            self.folder.write_trials(self.rows.values())
         self.tracker.trial(row)
 
+    def ordered(self) -> tuple[Row, ...]:
+        return tuple(self.rows[seed] for seed in self.settings.seeds if seed in self.rows)
+
     def write_summary(self, interrupted: bool) -> dict[str, Any]:
-        """Write the table once more and the summary beside it."""
-        self.folder.write_trials(self.rows.values())
+        """Write the table once more and the summary beside it; say what could not be written."""
         seconds = time.perf_counter() - self.began
         summary = summarise(self.settings, self.rows, self.command, seconds, interrupted)
         if self.units_per_cell is not None:
             summary["units_per_cell"] = self.units_per_cell
-        self.folder.write_summary(summary)
+        if self.begun:
+            try:
+                self.folder.write_trials(self.rows.values())
+                self.folder.write_summary(summary)
+            except OSError as error:
+                self.trouble = FolderError(error).why
+        if self.trouble:
+            self.display.say(self._what_now())
         return summary
+
+    def _what_now(self) -> str:
+        path, seeds = self.folder.path, len(self.settings.seeds)
+        kept = sum(spent_budget(row) for row in self.folder.rows().values())
+        remedy = "make room" if self.trouble in NO_ROOM else "mend that"
+        return (
+            f"error: {path} could not be written: {self.trouble}; {kept} of {seeds} trials kept; "
+            f"{remedy}, then the same command with resume=true output={path} runs the rest"
+        )
+
+    def exit_code(self, interrupted: bool) -> int:
+        failed = self.trouble or any(str(row["status"]).startswith(FAILED) for row in self.rows.values())
+        return EXIT_INTERRUPTED if interrupted else EXIT_FAILED if failed else EXIT_OK
+
+    def finish(self, summary: Mapping[str, Any], interrupts: Interrupts) -> None:
+        """Wait for the tracker: as long as it takes, or a moment if we are to leave at once."""
+        if not self.begun:
+            return
+        patience = HURRIED_SECONDS if interrupts.count > 1 else PATIENCE_SECONDS
+        interrupts.limit = interrupts.count + 1  # the next one ends the wait
+        with suppress(KeyboardInterrupt):
+            self.tracker.finish(summary, patience=patience)
+        interrupts.limit = None
 
 
 def summarise(
@@ -201,24 +300,3 @@ def _with_seeds_on_disk(settings: Settings, rows: dict[int, dict[str, Any]]) -> 
     seeds = tuple(sorted(rows.keys() | set(settings.seeds))) if rows else settings.seeds
     config = {**settings.config, "seed": format_seeds(seeds), "output": None, "resume": False}
     return replace(settings, seeds=seeds, config=config)
-
-
-@contextmanager
-def _signals() -> Iterator[list[int]]:
-    """Collect Ctrl-C and SIGTERM in a list instead of raising; the second one raises KeyboardInterrupt."""
-    arrived: list[int] = []
-
-    def handle(number: int, frame: object) -> None:
-        arrived.append(number)
-        if len(arrived) > 1:
-            raise KeyboardInterrupt
-
-    if threading.current_thread() is not threading.main_thread():  # only the main thread may set handlers
-        yield arrived
-        return
-    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield arrived
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

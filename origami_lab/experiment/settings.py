@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Mapping
@@ -50,6 +51,8 @@ class Settings:
     certify: bool
     workers: int
     """Trials at a time."""
+    objective_seconds: float | None
+    """Longest that one call of a user's objective may take; None for no limit."""
     output: Path | None
     """The run folder; None for a fresh one below results/."""
     resume: bool
@@ -114,6 +117,7 @@ def read_settings(config: DictConfig) -> Settings:
         budget=read.integer("budget", 1, 10**12),
         certify=read.choice("certify", ("improvements", "none")) == "improvements",
         workers=_workers(read, game, len(seeds)),
+        objective_seconds=read.number("objective_seconds", 0, math.inf, "must be seconds above 0, or null"),
         output=_output(read.get("output")),
         resume=read.flag("resume"),
         verbosity=read.choice("verbosity", ("quiet", "normal", "verbose")),

@@ -5,11 +5,13 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from omegaconf import DictConfig, OmegaConf
 
 from origami_lab.errors import InputError
+from origami_lab.experiment.folder import locked
 from origami_lab.experiment.mlflow_runs import Runs
 from origami_lab.experiment.note import held, read_note
 from origami_lab.experiment.settings import Settings, read_settings
@@ -58,6 +60,18 @@ def read_run(folder: Path) -> Settings:
     return read_settings(config)
 
 
+@contextmanager
+def _alone(folder: Path) -> Iterator[bool]:
+    """Keep runs and other pushes out of a run folder; whether it could be had."""
+    with ExitStack() as stack:
+        try:
+            stack.enter_context(locked(folder))
+        except InputError:
+            yield False
+            return
+        yield stack.enter_context(held(folder, wait=False))
+
+
 def sync(
     directories: Sequence[Path], uri: str | None, say: Callable[[str], None], complain: Callable[[str], None]
 ) -> tuple[int, set[str]]:
@@ -93,7 +107,7 @@ def sync(
             if store in dead:
                 raise StoreError(dead[store])
             check_store(store)
-            with held(folder, wait=False) as free:
+            with _alone(folder) as free:
                 if not free:
                     say(f"{folder}: left alone, another process runs or pushes it")
                     continue

@@ -7,6 +7,7 @@ import json
 import math
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 
 MOTION_STEPS = 24
 """Folded states in motion.fold and motion.gif."""
+SPARE_BYTES = 2**20
+"""If this much more than what was written of a picture fits, it was not the disk that the picture failed for."""
 
 
 @dataclass(frozen=True)
@@ -54,8 +57,13 @@ def run_trial(
     Returns
     -------
     The trial's row of trials.csv, and warnings (pictures that could not be drawn).
+
+    Raises
+    ------
+    FolderError
+        If its files cannot be written; nothing is left of them.
     """
-    from origami_lab.search.problem import Problem
+    from origami_lab.search.problem import Problem, SearchEnded
 
     def on_progress(problem: Problem) -> None:
         if report is not None:
@@ -72,7 +80,8 @@ def run_trial(
         should_stop=should_stop,
     )
     start = time.perf_counter()
-    parts.searcher.search(problem, random_generator(seed))
+    with suppress(SearchEnded):  # a searcher that does not ask for ``done`` ends like this
+        parts.searcher.search(problem, random_generator(seed))
     seconds = time.perf_counter() - start
     on_progress(problem)
 
@@ -142,7 +151,7 @@ def _write_files(
     write_fold(path / "motion.fold", _motion(parts, outcome, design))
     _write_actions(path / "actions.json", settings, parts, outcome, row)
     _write_curve(path / "curve.csv", parts, outcome, row)
-    warnings = _draw(path, folder.path / "target.ply")
+    warnings = _draw(path, folder)
     (path / "result.json").write_text(json.dumps(row, indent=2) + "\n", encoding="utf-8")
     return warnings
 
@@ -182,9 +191,10 @@ def _write_curve(path: Path, parts: Parts, outcome: Outcome, row: dict[str, Any]
         writer.writerow((row["interactions"], row["return"], row["driving_angle"]))
 
 
-def _draw(path: Path, target_file: Path) -> list[str]:
-    """Draw the pictures. One that fails is a warning: the design is what counts."""
+def _draw(path: Path, folder: RunFolder) -> list[str]:
+    """Draw the pictures. One that fails is a warning, the design is what counts; a full disk is an OSError."""
     warnings = []
+    target_file = folder.path / "target.ply"
     try:
         from origami_lab.export.fold import read_fold
         from origami_lab.reporting.pictures import draw_folded, draw_motion, draw_pattern, read_target
@@ -202,5 +212,9 @@ def _draw(path: Path, target_file: Path) -> list[str]:
         try:
             draw(path / name)
         except Exception as error:
+            written = (path / name).stat().st_size if (path / name).exists() else 0
+            (path / name).unlink(missing_ok=True)
+            # Pillow does not say what the system said
+            folder.require_room(written + SPARE_BYTES)
             warnings.append(f"no {name}: {type(error).__name__}: {error}")
     return warnings

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import contextlib
+import multiprocessing
 import os
-import signal
 import sys
+import threading
 import time
 import traceback
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from typing import Any
 
+from origami_lab.errors import InputError
 from origami_lab.experiment.build import Parts, build_parts
-from origami_lab.experiment.folder import RunFolder
+from origami_lab.experiment.folder import FolderError, RunFolder
+from origami_lab.experiment.interrupts import ignore_interrupts
 from origami_lab.experiment.settings import Settings
 from origami_lab.experiment.trial import Progress, run_trial
+from origami_lab.experiment.watch import Calls, watched
 
 STOP_CHECK_SECONDS = 0.1
 
@@ -45,6 +49,8 @@ class Failed:
     seed: int
     reason: str
     traceback: str
+    folder_trouble: str = ""
+    """What kept it from writing its files, if that is what it failed for."""
 
 
 class _Orders:
@@ -67,41 +73,71 @@ class _Orders:
         return self.stopped
 
 
-def serve(pipe: Connection, settings: Settings, kernels: bool) -> None:
+def serve(pipe: Connection, settings: Settings, call_number: Any, kernels: bool) -> None:
     """The worker's main loop: until the parent sends None or goes away.
 
     Before its first task it imports what that will need, while the parent still checks its input; with
     ``kernels`` it loads the objective's kernels, too (one worker only: on a fresh installation it compiles).
+
+    Parameters
+    ----------
+    call_number
+        Where it writes the number of the call of a user's objective that it is in.
     """
-    # the parent gets Ctrl-C too and tells its workers what to do
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # the parent gets them too and tells its workers what to do
+    ignore_interrupts()
+    threading.Thread(target=_leave_with_parent, daemon=True, name="parent").start()
     # what a user's objective prints must not mix with the parent's tables
     sys.stdout = sys.stderr
+    calls = Calls(call_number)
     parts: Parts | None = None
     with contextlib.suppress(Exception):  # what is wrong with the input is for the parent to say
         from origami_lab.search.problem import Problem
 
-        parts = build_parts(settings)
+        parts = _build(settings, calls)
         if kernels:
             Problem(parts.game, parts.objective, settings.budget)
     orders = _Orders(pipe)
     try:
         while isinstance(task := pipe.recv(), Task):
-            pipe.send(_answer(task, pipe, orders, parts))
+            pipe.send(_answer(task, pipe, orders, parts, calls))
             parts = None  # used up: each trial gets fresh ones
     except (EOFError, OSError):  # the parent is gone
         pass
 
 
-def _answer(task: Task, pipe: Connection, orders: _Orders, parts: Parts | None) -> Finished | Failed:
+def _leave_with_parent() -> None:
+    """End this process when the parent is killed, whatever it is doing: another run may take up the folder at once."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _build(settings: Settings, calls: Calls) -> Parts:
+    parts = build_parts(settings)
+    return replace(parts, objective=watched(parts.objective, calls))
+
+
+def _answer(task: Task, pipe: Connection, orders: _Orders, parts: Parts | None, calls: Calls) -> Finished | Failed:
+    def report(progress: Progress) -> None:
+        pipe.send(progress)
+
     try:
-
-        def report(progress: Progress) -> None:
-            pipe.send(progress)
-
+        parts = parts or _build(task.settings, calls)
         row, warnings = run_trial(task.settings, task.seed, task.folder, report, orders.stop, parts)
         return Finished(task.seed, row, warnings)
-    except Exception as error:
-        lines = str(error).splitlines() or [""]
-        reason = f"{type(error).__name__}: {lines[0]}"[:200]
-        return Failed(task.seed, reason.rstrip(": "), traceback.format_exc())
+    except FolderError as error:
+        return Failed(task.seed, f"cannot write its files: {error.why}", "", error.why)
+    except BaseException as error:  # also what a user's objective may do to end a program
+        return Failed(task.seed, _reason(error), traceback.format_exc())
+
+
+def _reason(error: BaseException) -> str:
+    """The error in one short line."""
+    kind = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
+    try:
+        lines = str(error).splitlines()
+    except Exception:  # an exception of the user's may fail at that
+        lines = []
+    return f"{kind}{lines[0] if lines else ''}"[:200].rstrip(": ")

@@ -90,15 +90,41 @@ class SheetEvaluator:
     def score(self, states: States, memos: Memos, i: int, above: float = -math.inf) -> Score:
         sheet = FoldedSheet(states, i, self._rules)
         result = self._objective.score(sheet)
-        score = result if isinstance(result, Score) else Score(float(result), sheet.reach - 1)
-        if math.isnan(score.value):
-            raise InputError("objective", type(self._objective).__name__, "returned NaN; it must return a number")
-        return score
+        score = result if isinstance(result, Score) else Score(result, sheet.reach - 1)
+        return checked(score, sheet.reach, type(self._objective).__name__)
 
     def bound(self, states: States, memos: Memos, i: int, above: float = -math.inf) -> float:
         if not self._has_bound:
             return math.inf
-        return float(self._objective.bound(FoldedSheet(states, i, self._rules)))
+        result = self._objective.bound(FoldedSheet(states, i, self._rules))
+        return number(result, type(self._objective).__name__, "bound")
+
+
+def checked(score: Score, reach: int, name: str) -> Score:
+    """A score that can be compared with others; raises InputError if it is none.
+
+    −inf is one: the worst. +inf is not, nothing could improve on it.
+    """
+    value = number(score.value, name, "score")
+    if value == math.inf:
+        raise InputError("objective", name, "score returned inf; it must return a finite number")
+    if isinstance(score.angle, bool) or not hasattr(score.angle, "__index__") or not -1 <= score.angle < reach:
+        expected = f"score returned the angle {score.angle!r:.60}; it must be an index below the sheet's reach, or -1"
+        raise InputError("objective", name, expected)
+    return Score(value, int(score.angle))
+
+
+def number(value: Any, name: str, method: str) -> float:
+    """What an objective's method returned as a float; raises InputError if it is no number, or NaN."""
+    dimensions = getattr(value, "ndim", 0)
+    try:  # float() would take texts, and arrays of one number
+        found = math.nan if isinstance(value, str | bytes) or dimensions else float(value)
+    except (TypeError, ValueError, ArithmeticError):
+        found = math.nan
+    if math.isnan(found):
+        shown = "NaN" if isinstance(value, float) else f"{value!r:.60} ({type(value).__name__})"
+        raise InputError("objective", name, f"{method} returned {shown}; it must return a number")
+    return found
 
 
 def bind(objective: Any, game: Game) -> Evaluator:

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import ctypes
 import math
 import os
+import shutil
 from pathlib import Path
+
+import numpy as np
+
+from origami_lab.search.problem import Problem
 
 
 class Height:
@@ -26,22 +32,70 @@ class Beacon(Height):
         return super().score(sheet)
 
 
-class Broken:
-    """Fails in one way or another."""
+class Broken(Height):
+    """Fails in one trial after the other, each time in another way, and then no more.
 
-    def __init__(self, how: str) -> None:
-        self.how = how
+    Parameters
+    ----------
+    ways
+        Names of the methods below.
+    notes
+        An existing folder, to note what was done.
+    """
+
+    def __init__(self, ways: list[str], notes: str) -> None:
+        self.ways, self.notes = ways, Path(notes)
 
     def score(self, sheet: object) -> float:
-        if self.how == "raises":
-            raise RuntimeError("the kettle is empty\nsecond line")
-        if self.how == "not a number":
-            return math.nan
+        for way in self.ways:
+            note = self.notes / way
+            if not note.exists():
+                note.touch()
+                getattr(self, way)()
+                return math.nan
+        return super().score(sheet)
+
+    def raises(self) -> None:
+        raise RuntimeError("the kettle is empty\nsecond line")
+
+    def gives_nan(self) -> None:
+        pass
+
+    def dies(self) -> None:
         os._exit(3)
+
+    def leaves(self) -> None:
+        raise SystemExit(4)
+
+    def hangs_in_c(self) -> None:
+        ctypes.PyDLL(None).sleep(1000)
+
+
+class Vandal(Height):
+    """Removes the folder it is told."""
+
+    def __init__(self, folder: str) -> None:
+        self.folder = Path(folder)
+
+    def score(self, sheet: object) -> float:
+        shutil.rmtree(self.folder, ignore_errors=True)
+        return super().score(sheet)
 
 
 class NoObjective:
     """Has no score."""
+
+
+class Endless:
+    """Plays at random and never asks whether it is done."""
+
+    def search(self, problem: Problem, rng: np.random.Generator) -> None:
+        positions = problem.new_positions(1)
+        while True:
+            legal = problem.clear(positions, 0)
+            while len(legal):
+                legal = problem.play(positions, 0, int(rng.choice(legal)))
+            problem.finish(positions, 0)
 
 
 class NoSearcher:

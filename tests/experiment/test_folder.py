@@ -19,6 +19,12 @@ from origami_lab.experiment.settings import Settings
 NOW = datetime(2026, 1, 2, 3, 4, 5)
 
 
+def opened(settings: Settings) -> RunFolder:
+    """Take up a folder and leave it again."""
+    with RunFolder.opened(settings, NOW) as folder:
+        return folder
+
+
 @pytest.fixture
 def settings() -> Settings:
     nothing: dict[str, Any] = {}
@@ -35,6 +41,7 @@ def settings() -> Settings:
         budget=10,
         certify=True,
         workers=1,
+        objective_seconds=None,
         output=None,
         resume=False,
         verbosity="quiet",
@@ -46,7 +53,7 @@ def test_default_place_is_unique_in_the_same_second(
     settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    paths = [RunFolder.create(settings, NOW).path for _ in range(3)]
+    paths = [opened(settings).path for _ in range(3)]
     assert paths[0] == Path("results/pyramid/rdm/2026-01-02_03-04-05")
     assert len(set(paths)) == 3
 
@@ -54,7 +61,7 @@ def test_default_place_is_unique_in_the_same_second(
 def test_a_folder_with_something_in_it_is_refused(settings: Settings, tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("precious")
     with pytest.raises(InputError, match=r"output=.*new or empty.*resume=true"):
-        RunFolder.create(replace(settings, output=tmp_path))
+        opened(replace(settings, output=tmp_path))
     assert [file.name for file in tmp_path.iterdir()] == ["mine.txt"]
 
 
@@ -62,20 +69,20 @@ def test_a_folder_with_something_in_it_is_refused(settings: Settings, tmp_path: 
 def test_a_place_that_cannot_be_written_is_refused(settings: Settings, tmp_path: Path, place: str) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match=r"output=.*can be written"):
-        RunFolder.create(replace(settings, output=tmp_path / place))
+        opened(replace(settings, output=tmp_path / place))
 
 
 def test_resume_wants_the_same_settings(settings: Settings, tmp_path: Path) -> None:
     first = replace(settings, output=tmp_path / "run")
-    folder = RunFolder.create(first)
+    folder = opened(first)
     folder.write_config(first.config)
     again = replace(first, resume=True)
-    assert RunFolder.create(replace(again, config={**first.config, "seed": "0..9"})).path == folder.path
+    assert opened(replace(again, config={**first.config, "seed": "0..9"})).path == folder.path
     other = {**first.config, "search": {"children": 4}}
     with pytest.raises(InputError, match=r"search\.children was 3, is 4"):
-        RunFolder.create(replace(again, config=other))
+        opened(replace(again, config=other))
     with pytest.raises(InputError, match=r"more was not set, is 1"):
-        RunFolder.create(replace(again, config={**first.config, "more": 1}))
+        opened(replace(again, config={**first.config, "more": 1}))
 
 
 def test_resume_without_a_folder_names_the_last_one(
@@ -83,11 +90,11 @@ def test_resume_without_a_folder_names_the_last_one(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError, match=r"output=DIR$"):
-        RunFolder.create(replace(settings, resume=True))
-    folder = RunFolder.create(settings, NOW)
+        opened(replace(settings, resume=True))
+    folder = opened(settings)
     folder.write_config(settings.config)
     with pytest.raises(InputError, match=rf"output={folder.path}"):
-        RunFolder.create(replace(settings, resume=True))
+        opened(replace(settings, resume=True))
 
 
 def test_a_trial_appears_as_a_whole_or_not_at_all(tmp_path: Path) -> None:
@@ -119,7 +126,7 @@ def test_leftovers_of_a_killed_run_are_cleared_and_broken_results_ignored(settin
     for seed, text in ((5, "{"), (6, "[]"), (7, "{}")):
         folder.trial(seed).mkdir()
         (folder.trial(seed) / "result.json").write_text(text)
-    assert RunFolder.create(replace(settings, output=tmp_path, resume=True)).rows() == {}
+    assert opened(replace(settings, output=tmp_path, resume=True)).rows() == {}
     assert not (tmp_path / ".seed=4.123.tmp").exists()
 
 

@@ -11,6 +11,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -38,13 +39,25 @@ def untimed(file: Path) -> list[dict[str, Any]]:
     return [{k: v for k, v in row.items() if k not in TIMINGS} for row in read_trials(file)]
 
 
-def background(folder: Path, *arguments: str) -> subprocess.Popen[str]:
+def background(folder: Path, *arguments: str, before: Callable[[], None] | None = None) -> subprocess.Popen[str]:
     """The command in a process group of its own, as a shell would start it."""
     root = Path(__file__).parents[2]
     environment = {**os.environ, "PYTHONPATH": str(root)}
     command = [sys.executable, "-m", "origami_lab", *arguments]
+
+    def prepare() -> None:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # a shell's background jobs ignore it
+        if before is not None:
+            before()
+
     return subprocess.Popen(
-        command, cwd=folder, env=environment, start_new_session=True, stderr=subprocess.PIPE, text=True
+        command,
+        cwd=folder,
+        env=environment,
+        start_new_session=True,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=prepare,
     )
 
 
@@ -157,29 +170,61 @@ def test_default_output_and_multirun(tmp_path: Path, capfd: pytest.CaptureFixtur
     assert [file.name for file in tmp_path.iterdir()] == ["results"]
 
 
-def test_an_objective_of_ones_own_has_no_target_and_no_distances(tmp_path: Path) -> None:
-    assert run(tmp_path, *OWN_OBJECTIVE, "objective=height", "budget=400", "verbosity=quiet") == 0
+def test_an_objective_and_an_endless_searcher_of_ones_own(tmp_path: Path) -> None:
+    endless = "search._target_=tests.experiment.fakes.Endless"
+    assert run(tmp_path, *OWN_OBJECTIVE, "objective=height", "budget=400", "verbosity=quiet", endless) == 0
     (row,) = read_trials(tmp_path / "out/trials.csv")
+    assert (row["interactions"], row["status"]) == (400, "ok")
     assert row["return"] > 0
     assert row["return_vertex"] is row["return_surface"] is row["return_sampled"] is None
     assert not (tmp_path / "out/target.ply").exists()
 
 
-@pytest.mark.parametrize(
-    ("how", "status"),
-    [
-        ("raises", "failed: RuntimeError: the kettle is empty"),
-        ("'not a number'", "NaN"),
-        ("dies", "failed: the worker process died (exit code 3)"),
-    ],
-)
-def test_a_bad_objective_fails_its_trials_and_nothing_else(tmp_path: Path, how: str, status: str) -> None:
-    arguments = ("objective=broken", f"objective.how={how}", "budget=400", "seed=0..1")
+def test_a_bad_objective_fails_its_trials_and_nothing_else(tmp_path: Path) -> None:
+    (tmp_path / "notes").mkdir()
+    ways = "[raises,gives_nan,dies,leaves,hangs_in_c]"
+    arguments = ("objective=broken", f"objective.ways={ways}", f"objective.notes={tmp_path}/notes", "budget=400")
+    assert run(tmp_path, *OWN_OBJECTIVE, *arguments, "seed=0..5", "workers=1", "objective_seconds=1") == 1
+    assert [row["status"] for row in read_trials(tmp_path / "out/trials.csv")] == [
+        "failed: RuntimeError: the kettle is empty",
+        "failed: objective=Broken: score returned NaN; it must return a number",
+        "failed: the worker process died (exit code 3)",
+        "failed: SystemExit: 4",
+        "failed: the objective took longer than objective_seconds=1 in one call",
+        "ok",
+    ]
+    traces = [seed for seed in range(6) if (tmp_path / f"out/seed={seed}.error.txt").exists()]
+    assert traces == [0, 1, 3]
+
+
+def test_a_folder_that_vanishes_costs_one_line_and_exit_code_1(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ("objective=vandal", f"objective.folder={tmp_path}/out", "budget=400", "seed=0..1")
     assert run(tmp_path, *OWN_OBJECTIVE, *arguments) == 1
-    rows = read_trials(tmp_path / "out/trials.csv")
-    assert [row["seed"] for row in rows] == [0, 1]
-    assert all(status in row["status"] for row in rows)
-    assert (tmp_path / "out/seed=0.error.txt").exists() == (how != "dies")
+    out, err = capfd.readouterr()
+    assert "failed" in out  # the table is printed all the same
+    assert err.count("error: out could not be written: the folder is gone; 0 of 2 trials kept") == 1
+    assert "Traceback" not in err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_file_that_cannot_be_written_fails_its_trial_only(tracked: Path, tmp_path: Path) -> None:
+    resource = pytest.importorskip("resource")
+    shutil.copytree(tracked / "out", tmp_path / "out")
+    shutil.rmtree(tmp_path / "out/seed=1")
+    before = (tmp_path / "out/seed=0/result.json").stat().st_mtime_ns
+    limit = (2**17, 2**17)  # the motion's picture is larger
+    arguments = (*SMALL, "seed=0..2", "tracking=none", "output=out", "resume=true")
+    process = background(tmp_path, *arguments, before=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, limit))
+    _, err = process.communicate(timeout=120)
+    assert process.returncode == 1
+    assert err.count("error: out could not be written: a file would be larger than allowed; 2 of 3 trials kept") == 1
+    assert "Traceback" not in err
+    statuses = [row["status"] for row in read_trials(tmp_path / "out/trials.csv")]
+    assert statuses == ["ok", "failed: cannot write its files: a file would be larger than allowed", "ok"]
+    assert {file.name for file in (tmp_path / "out").glob("*seed*")} == {"seed=0", "seed=2"}
+    assert (tmp_path / "out/seed=0/result.json").stat().st_mtime_ns == before
 
 
 def test_ctrl_c_keeps_the_best_so_far(tmp_path: Path) -> None:
@@ -196,6 +241,23 @@ def test_ctrl_c_keeps_the_best_so_far(tmp_path: Path) -> None:
     assert summary["interrupted"]
     assert summary["returns"] == {}
     assert "Traceback" not in (process.stderr.read() if process.stderr else "")
+
+
+def test_the_second_sigterm_leaves_at_once_though_an_objective_hangs(tmp_path: Path) -> None:
+    (tmp_path / "notes").mkdir()
+    ways = ("objective=broken", "objective.ways=[hangs_in_c]", f"objective.notes={tmp_path}/notes", "budget=400")
+    arguments = (*OWN_OBJECTIVE, *ways, "seed=0..1", "workers=1", "objective_seconds=null")
+    process = background(tmp_path, *arguments)
+    wait_for((tmp_path / "notes/hangs_in_c").exists, process)
+    time.sleep(1.0)
+    os.killpg(process.pid, signal.SIGTERM)
+    time.sleep(1.0)
+    os.killpg(process.pid, signal.SIGTERM)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "Traceback" not in err
+    assert json.loads((tmp_path / "out/summary.json").read_text())["interrupted"]
+    assert not list((tmp_path / "out").glob(".*"))
 
 
 def wait_for_group_to_end(group: int) -> None:

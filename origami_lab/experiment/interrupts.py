@@ -1,0 +1,76 @@
+"""Ctrl-C and the signals that batch systems and closed terminals send, as something that can be asked for."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from multiprocessing import resource_tracker
+from types import FrameType, TracebackType
+from typing import Any
+
+NUMBERS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+SAME_SECONDS = 0.3
+"""Signals this close to each other are one: `timeout` and batch systems send theirs twice."""
+
+
+class Interrupts:
+    """Counts Ctrl-C, SIGTERM and SIGHUP while it is entered; from the ``limit``-th on they raise KeyboardInterrupt.
+
+    A signal that the process was started to ignore (`nohup`) stays ignored. Outside the main thread, where no handlers
+    can be set, it counts nothing.
+    """
+
+    def __init__(self) -> None:
+        self.count = 0
+        self.limit: int | None = 1
+        """None: only count."""
+        self._last = -SAME_SECONDS
+        self._before: dict[int, Any] = {}
+
+    def __enter__(self) -> Interrupts:
+        if threading.current_thread() is threading.main_thread():
+            for number in NUMBERS:
+                if signal.getsignal(number) is not signal.SIG_IGN:
+                    self._before[number] = signal.signal(number, self._handle)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, where: TracebackType | None
+    ) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def _handle(self, number: int, frame: FrameType | None) -> None:
+        now = time.monotonic()
+        same, self._last = now - self._last < SAME_SECONDS, now
+        if same:
+            return
+        self.count += 1
+        if self.limit is not None and self.count >= self.limit:
+            raise KeyboardInterrupt
+
+
+def ignore_interrupts() -> None:
+    """In a worker: none of them does anything, but programs that it starts hear them."""
+    for number in NUMBERS:
+        signal.signal(number, lambda *_: None)  # SIG_IGN would be inherited
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, NUMBERS)
+
+
+@contextmanager
+def blocked_interrupts() -> Iterator[None]:
+    """Start processes that see none of them, not even while they import; ours are delivered afterwards."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    # started by the first process otherwise, which would unblock the signals on the way
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, NUMBERS)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
