@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -74,7 +73,7 @@ def _full_row(place: Path, report: Report, name: str, run: Run, folder: Path, wa
     problems = problems_of(run, folder, tidy=_writable(folder)) + expect("the exit code", code, 1)
     problems += [] if says else [f"it says only: {run.text()[-200:]}"]
     table = statuses(folder)
-    (folder.parent / "ballast").unlink(missing_ok=True) if _mend(folder.parent) else None
+    _mend(folder.parent)
     again = start(place, [*SMALL, UNTRACKED, f"output={folder}", "resume=true"])
     problems += expect("the exit code after resuming", again.wait(), 0) + problems_of(again, folder)
     problems += expect("the table", trials(folder), wanted)
@@ -91,12 +90,17 @@ def _fill(disk: Path, left: int = 0) -> None:
 
 
 def _lock(disk: Path) -> None:
-    while subprocess.run(["mount", "-o", "remount,ro", str(disk)], capture_output=True).returncode:
-        time.sleep(0.02)  # a file is being written
+    """Make the folder read-only: by a mount over itself, as the disk has files that are open for writing."""
+    out = str(disk / "out")
+    subprocess.run(["mount", "--bind", out, out], check=True)
+    subprocess.run(["mount", "-o", "remount,bind,ro", out], check=True)
 
 
-def _mend(disk: Path) -> bool:
-    return subprocess.run(["mount", "-o", "remount,rw", str(disk)], capture_output=True).returncode == 0
+def _mend(disk: Path) -> None:
+    """Take back whatever was done."""
+    if (disk / "out").is_mount():
+        subprocess.run(["umount", str(disk / "out")], check=True)
+    (disk / "ballast").unlink(missing_ok=True)
 
 
 def _remove(disk: Path) -> None:
@@ -110,9 +114,11 @@ def _writable(folder: Path) -> bool:
 
 def _read_only(place: Path, report: Report) -> None:
     with small_disk(place, 16384) as disk:
+        (disk / "out").mkdir()
         _lock(disk)
         run = start(place, [*SMALL, UNTRACKED, f"output={disk}/out"])
         code = run.wait()
         says = run.text().strip().replace(str(disk), "/disk")
         problems = expect("the exit code", code, 2) + expect("lines", len(says.splitlines()), 1)
+        _mend(disk)
         report.row(["read-only from the start", code, "–", "–", says, "–"], problems)

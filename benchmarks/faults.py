@@ -13,10 +13,12 @@ import random
 import resource
 import shutil
 import signal
+import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
@@ -57,39 +59,44 @@ def kills(place: Path, report: Report) -> None:
     report.add("with resume=true is given again and again, and killed each time, until it ends. Each time all that is")
     report.add("visible is read to its end.")
     report.table("run", "killed", "after s", "on disk then")
-    rng = random.Random(0)
-    number = killed = 0
-    while killed < KILLS:
-        killed = _kill_until_done(place, report, number, killed, rng, seconds, wanted)
-        number += 1
+    killer = _Killer(place, report, wanted, seconds)
+    while killer.killed < KILLS:
+        killer.kill_until_done()
 
 
-def _kill_until_done(
-    place: Path, report: Report, number: int, killed: int, rng: random.Random, seconds: float, wanted: object
-) -> int:
-    """Kill one run until it ends, or enough were killed; how many were killed so far."""
-    folder = place / f"kill-{number}"
-    kept: dict[int, int] = {}
-    while True:
-        run = start(place, [*SMALL, f"output={folder.name}", "resume=true"])
-        after = rng.uniform(0.02, 1.0) * seconds
-        if killed < KILLS:
-            time.sleep(after)
-        else:
-            run.wait()
-        if run.process.poll() is not None:
-            break
-        group = killed % 2 == 0
-        run.kill(group)
-        killed += 1
-        now = finished(folder)
-        problems = problems_of(run, folder, tidy=False) + _lost(kept, now)
-        kept = now
-        report.row([number, "with workers" if group else "parent alone", f"{after:.1f}", _contents(folder)], problems)
-    problems = expect("the last exit code", run.wait(), 0) + expect("the table", trials(folder), wanted)
-    problems += problems_of(run, folder) + _lost(kept, finished(folder))
-    report.row([number, "no more", "–", f"{statuses(folder)}; the table of the undisturbed run"], problems)
-    return killed
+class _Killer:
+    """Kills runs until there were enough."""
+
+    def __init__(self, place: Path, report: Report, wanted: object, seconds: float) -> None:
+        self.place, self.report, self.wanted, self.seconds = place, report, wanted, seconds
+        self.rng = random.Random(0)
+        self.number = self.killed = 0
+
+    def kill_until_done(self) -> None:
+        """Kill one run until it ends, or enough were killed."""
+        folder = self.place / f"kill-{self.number}"
+        kept: dict[int, int] = {}
+        while True:
+            run = start(self.place, [*SMALL, f"output={folder.name}", "resume=true"])
+            after = self.rng.uniform(0.02, 1.0) * self.seconds if self.killed < KILLS else None
+            with suppress(subprocess.TimeoutExpired):
+                run.process.wait(after)
+                if not kept:  # the machine may be busier or less so than it was
+                    self.seconds = time.monotonic() - run.began
+                break
+            group = self.killed % 2 == 0
+            run.kill(group)
+            self.killed += 1
+            now = finished(folder)
+            problems = problems_of(run, folder, tidy=False) + _lost(kept, now)
+            kept = now
+            who = "with workers" if group else "parent alone"
+            self.report.row([self.number, who, f"{after:.1f}", _contents(folder)], problems)
+        problems = expect("the last exit code", run.wait(), 0) + expect("the table", trials(folder), self.wanted)
+        problems += problems_of(run, folder) + _lost(kept, finished(folder))
+        cells = [self.number, "no more", "–", f"{statuses(folder)}; the table of the undisturbed run"]
+        self.report.row(cells, problems)
+        self.number += 1
 
 
 def _lost(before: dict[int, int], now: dict[int, int]) -> Lines:
