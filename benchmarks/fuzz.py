@@ -285,6 +285,7 @@ class _NoPool:
         return self
 
     def __exit__(self, *_: object) -> None: ...
+    def close(self) -> None: ...
     def run(self, *_: object) -> Iterator[Any]:
         return iter(())
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -48,7 +47,7 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def _sync(directories: Sequence[Path], uri: str | None) -> int:
-    from origami_lab.experiment.stores import SERVERS, default_uri
+    from origami_lab.experiment.stores import how_to_look
     from origami_lab.experiment.sync import sync
 
     failed, stores = sync(
@@ -58,7 +57,5 @@ def _sync(directories: Sequence[Path], uri: str | None) -> int:
         lambda line: print(f"error: {line}", file=sys.stderr, flush=True),
     )
     for store in sorted(stores):
-        option = "" if store == default_uri() else f" --uri {shlex.quote(store)}"
-        where = store if store.startswith(SERVERS) else f"origami-lab dashboard{option}"
-        print(f"to look at it: {where}")
+        print(f"to look at it: {how_to_look(store)}")
     return 1 if failed else 0

@@ -22,6 +22,7 @@ RERUN_SETTINGS = (
     "hydra.job.name=origami-lab",
     "hydra/job_logging=none",
     "hydra/hydra_logging=none",
+    "+hydra.callbacks.check_jobs._target_=origami_lab.experiment.multirun.CheckJobs",
 )
 """What conf/config.yaml says of Hydra, for a run's own config.yaml, which says nothing of it."""
 

@@ -55,6 +55,8 @@ def run(overrides: Sequence[str] = (), *, config_dir: str | os.PathLike[str] | N
         settings = compose_settings(given, own)
         experiment = run_experiment(settings, console, command)
     show_results(console, settings, experiment)
+    if experiment.left_at_once:
+        raise KeyboardInterrupt  # or a loop over experiments would go on to the next
     return Result(experiment.folder.absolute(), experiment.exit_code)
 
 
@@ -62,6 +64,8 @@ def show_results(console: Console, settings: Settings, experiment: Experiment) -
     """Print the table of trials and how to look at them, unless the run is to be quiet."""
     if settings.verbosity == "quiet" or not experiment.rows:
         return
+    from origami_lab.experiment.stores import how_to_look
+    from origami_lab.experiment.tracking import store_of
     from origami_lab.reporting.tables import hint, summary_table
 
     title = f"{settings.task} · {settings.method} · {settings.budget:,} interactions a trial"
@@ -69,7 +73,7 @@ def show_results(console: Console, settings: Settings, experiment: Experiment) -
     if advice := hint(experiment.rows):
         console.print(advice, highlight=False, soft_wrap=True)
     if settings.tracking["kind"] == "mlflow":
-        console.print("to look at it: origami-lab dashboard", highlight=False)
+        console.print(f"to look at it: {how_to_look(store_of(settings, experiment.folder))}", highlight=False)
 
 
 def _checked(overrides: Sequence[str]) -> list[str]:

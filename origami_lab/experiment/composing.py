@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from origami_lab.errors import InputError
-from origami_lab.experiment.configuration import CONFIG_NAME, config_dir, explain, groups
+from origami_lab.experiment.configuration import CONFIG_NAME, config_dir, explain, find_culprit, groups
 from origami_lab.experiment.settings import Settings, read_settings
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def compose_settings(overrides: Sequence[str], own: Path | None = None) -> Setti
     except InputError:
         raise
     except Exception as error:
-        raise explain(error, overrides, known_keys) or error from None
+        raise explain(error, overrides, known_keys) or find_culprit(overrides) or error from None
 
 
 def known_keys() -> list[str]:

@@ -33,8 +33,9 @@ from omegaconf.errors import OmegaConfBaseException
 from yaml import YAMLError  # type: ignore[import-untyped]
 
 from origami_lab.errors import InputError
+from origami_lab.experiment.locks import RUNNING, locked
 from origami_lab.experiment.settings import Node, Settings
-from origami_lab.reporting.tables import FAILED, Row, format_trials
+from origami_lab.reporting.tables import FAILED, Row, format_trials, read_trials, spent_budget
 
 if TYPE_CHECKING:
     from origami_lab.objectives.targets import Target
@@ -48,7 +49,6 @@ _LEFTOVER = re.compile(
 )
 """Names of what is being written, or was when the run was killed."""
 
-_LOCK = ".running"
 
 NO_ROOM = ("the disk is full", "the disk quota is used up")
 _TROUBLES = {
@@ -122,7 +122,7 @@ class RunFolder:
             raise InputError("output", where, f"must be a folder that can be written ({reason})") from error
 
     def _is_empty(self) -> bool:
-        return all(file.name == _LOCK or _LEFTOVER.fullmatch(file.name) for file in self.path.iterdir())
+        return all(file.name == RUNNING or _LEFTOVER.fullmatch(file.name) for file in self.path.iterdir())
 
     def _check_same(self, settings: Settings) -> None:
         differing = _differences(self.config(), settings.config)
@@ -175,6 +175,21 @@ class RunFolder:
                 continue
         return found
 
+    def known_rows(self) -> dict[int, Row]:
+        """What is known of the trials, by seed: those on disk, and those that the table says have failed since."""
+        on_disk, table = self.rows(), self.path / "trials.csv"
+        rows: dict[int, Row] = dict(on_disk)
+        for row in read_trials(table) if table.is_file() else []:
+            if str(row["status"]).startswith(FAILED) and not spent_budget(on_disk.get(row["seed"], {})):
+                rows[row["seed"]] = row
+        return dict(sorted(rows.items()))
+
+    def check_target(self, target: Target) -> None:
+        """Raise InputError if the target is not the one that the run was started with."""
+        file = self.path / "target.ply"
+        if file.is_file() and file.read_bytes() != ply_bytes(target.vertices, target.faces):
+            raise InputError("target", file, "is what the run was started with, and the target has changed since")
+
     # --- writing ---
 
     def write_config(self, config: Node) -> None:
@@ -183,7 +198,7 @@ class RunFolder:
         write_atomically(self.path / "config.yaml", head + text)
 
     def write_target(self, target: Target) -> None:
-        write_ply(self.path / "target.ply", target.vertices, target.faces)
+        write_atomically(self.path / "target.ply", ply_bytes(target.vertices, target.faces))
 
     def write_trials(self, rows: Iterable[Row]) -> None:
         write_atomically(self.path / "trials.csv", format_trials(rows))
@@ -258,51 +273,8 @@ def _sync(file: Path) -> None:
         os.fsync(stream.fileno())
 
 
-@contextmanager
-def locked(folder: Path) -> Iterator[None]:
-    """Keep a run folder for this process. The system drops the lock when the process ends, in whatever way.
-
-    Raises
-    ------
-    InputError
-        If another process has it.
-    """
-    try:
-        import fcntl
-    except ImportError:  # Windows
-        yield
-        return
-    path = folder / _LOCK
-    while True:
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT)
-        try:
-            try:
-                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError as error:
-                raise InputError("output", folder, "must be a folder that no running experiment writes to") from error
-            except OSError:  # a file system without locks
-                pass
-            if not _is_at(descriptor, path):  # its last owner removed it in the meantime
-                continue
-            try:
-                yield
-            finally:
-                with suppress(OSError):
-                    path.unlink()
-            return
-        finally:
-            os.close(descriptor)
-
-
-def _is_at(descriptor: int, path: Path) -> bool:
-    try:
-        return os.path.samestat(os.fstat(descriptor), path.stat())
-    except FileNotFoundError:
-        return False
-
-
-def write_ply(path: Path, vertices: np.ndarray[Any, Any], faces: np.ndarray[Any, Any]) -> None:
-    """Write a triangle mesh, (V, 3) and (F, 3), as binary PLY; by hand: importing trimesh takes a second."""
+def ply_bytes(vertices: np.ndarray[Any, Any], faces: np.ndarray[Any, Any]) -> bytes:
+    """A triangle mesh, (V, 3) and (F, 3), as binary PLY; by hand: importing trimesh takes a second."""
     header = (
         "ply\nformat binary_little_endian 1.0\n"
         f"element vertex {len(vertices)}\nproperty double x\nproperty double y\nproperty double z\n"
@@ -312,7 +284,7 @@ def write_ply(path: Path, vertices: np.ndarray[Any, Any], faces: np.ndarray[Any,
     records["count"] = 3
     records["corners"] = faces
     body = np.ascontiguousarray(vertices, dtype="<f8").tobytes() + records.tobytes()
-    write_atomically(path, header.encode("ascii") + body)
+    return header.encode("ascii") + body
 
 
 def _fresh_folder(settings: Settings, now: datetime) -> Path:

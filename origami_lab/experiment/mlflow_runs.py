@@ -21,8 +21,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from origami_lab.experiment.folder import flatten
-from origami_lab.experiment.note import read_note, rows_of, summary_of, write_note
+from origami_lab.experiment.folder import RunFolder, flatten
+from origami_lab.experiment.note import read_note, summary_of, write_note
 from origami_lab.experiment.seeds import format_seeds
 from origami_lab.experiment.settings import Settings
 from origami_lab.experiment.stores import (
@@ -77,7 +77,7 @@ class Runs:
     Raises
     ------
     StoreError
-        If the store does not answer.
+        If the store does not answer; RefusedError if the folder cannot be written.
     """
 
     def __init__(self, settings: Settings, folder: Path, uri: str, keep: bool = False) -> None:
@@ -88,12 +88,16 @@ class Runs:
         """Whether the store may hold something else than noted here."""
         with self._in_plain_words():
             probe(uri)
-            note = read_note(folder)
-            self.key = str(note.get("key") or uuid.uuid4().hex)
-            known = note.get("uri") if keep and note.get("key") else None
-            changed = {"key": self.key, "uri": known or absolute_uri(uri)}
-            if changed != note:
+        note = read_note(folder)
+        self.key = str(note.get("key") or uuid.uuid4().hex)
+        known = note.get("uri") if keep and note.get("key") else None
+        changed = {"key": self.key, "uri": known or absolute_uri(uri)}
+        if changed != note:
+            try:
                 write_note(folder, changed)
+            except OSError as error:  # the folder's trouble, not the store's
+                raise RefusedError(f"{folder} cannot be written ({error.strerror or error})") from error
+        with self._in_plain_words():
             self.client = open_client(uri)
             self.experiment = self._experiment(str(settings.tracking.get("experiment") or settings.task))
 
@@ -116,7 +120,7 @@ class Runs:
         StoreError
             If the store does not answer; RefusedError, after all others were added, if a trial could not be added.
         """
-        rows = rows_of(self.folder)
+        rows = RunFolder(self.folder).known_rows()
         added, failure = 0, None
         with self._in_plain_words():
             if self.unsure:

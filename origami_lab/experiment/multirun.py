@@ -12,7 +12,7 @@ from hydra.experimental.callback import Callback
 from omegaconf import DictConfig, open_dict
 
 from origami_lab.experiment.build import build_parts
-from origami_lab.experiment.settings import read_settings
+from origami_lab.experiment.settings import fit_workers, read_settings
 from origami_lab.experiment.tracking import check_tracking
 
 
@@ -35,7 +35,7 @@ class CheckJobs(Callback):
                 for job in batch:
                     composed = compose(name, overrides=job, return_hydra_config=True)
                     HydraConfig.instance().set_config(composed)
-                    settings = read_settings(without_hydra(composed))
+                    settings = fit_workers(read_settings(without_hydra(composed)))
                     check_tracking(settings)
                     build_parts(settings)
         except Exception as error:

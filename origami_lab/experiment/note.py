@@ -1,16 +1,13 @@
-"""A run folder as tracking sees it: what was recorded, what is noted in ``tracking.json``, and who may push it."""
+"""What tracking reads of a run folder beside its trials: ``tracking.json`` and ``summary.json``."""
 
 from __future__ import annotations
 
 import json
-import os
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from origami_lab.experiment.folder import RunFolder, write_atomically
-from origami_lab.reporting.tables import FAILED, Row, read_trials, spent_budget
+from origami_lab.experiment.folder import write_atomically
 
 NOTE = "tracking.json"
 
@@ -26,39 +23,6 @@ def read_note(folder: Path) -> dict[str, Any]:
 
 def write_note(folder: Path, content: Mapping[str, Any]) -> None:
     write_atomically(folder / NOTE, json.dumps(content, indent=1) + "\n")
-
-
-@contextmanager
-def held(folder: Path, wait: bool) -> Iterator[bool]:
-    """Keep other processes from pushing a run folder; whether it could be had (always, where locks are unknown)."""
-    try:
-        import fcntl
-    except ImportError:  # Windows
-        yield True
-        return
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
-        except BlockingIOError:
-            yield False
-        except OSError:  # a file system without locks
-            yield True
-        else:
-            yield True
-    finally:
-        os.close(descriptor)
-
-
-def rows_of(folder: Path) -> dict[int, Row]:
-    """The trials on disk by seed. Those that failed are in the table only, beside what was saved when stopped."""
-    results = RunFolder(folder).rows()
-    table = folder / "trials.csv"
-    rows: dict[int, Row] = dict(results)
-    for row in read_trials(table) if table.is_file() else []:
-        if str(row["status"]).startswith(FAILED) and not spent_budget(results.get(row["seed"], {})):
-            rows[row["seed"]] = row
-    return rows
 
 
 def summary_of(folder: Path) -> dict[str, Any]:

@@ -6,9 +6,11 @@ saves the best so far, and a worker that crashes (is killed for its memory, hang
 
 from __future__ import annotations
 
+import math
 import multiprocessing
 import os
 import sys
+import time
 from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -25,6 +27,8 @@ from origami_lab.experiment.worker import Failed, Finished, Task, serve
 
 TICK_SECONDS = 0.1
 JOIN_SECONDS = 2.0
+HEAD_START_SECONDS = 15.0
+"""How long the first trial plays alone if it finds nothing."""
 _THREADS = ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "NUMBA")
 ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in _THREADS}
 """A trial is one thread: the cores are for other trials."""
@@ -51,8 +55,12 @@ class _Worker:
     pipe: Connection
     limit: CallLimit
     task: Task | None = None
+    used: bool = False
+    """Whether it was ever given a trial; until then it imports, and hears nothing."""
     playing: bool = False
     """Whether its trial has reported: only then is there something to save."""
+    dropped: bool = False
+    """Whether it was ended by us, with nothing to save."""
 
 
 class Pool:
@@ -67,11 +75,11 @@ class Pool:
     def run(self, folder: RunFolder, seeds: Sequence[int]) -> Iterator[Event]:
         """Run one trial for each seed and yield what happens, until all have ended.
 
-        The first trial goes ahead until it has found something: on a fresh installation it compiles the
-        kernels that the others then load.
+        The first trial goes ahead until it has found something, or has looked for a while: on a fresh installation
+        it compiles the kernels that the others then load.
         """
         todo = deque(seeds)
-        ready = False
+        ready, first_report = False, math.inf
         while len(self._workers) < min(self._settings.workers, len(todo)):
             self._workers.append(self._start())
         while True:
@@ -85,7 +93,10 @@ class Pool:
             if not busy and (not todo or self.stopping):
                 return
             events = list(self._listen(busy))
+            if first_report == math.inf and any(isinstance(event, Progress) for event in events):
+                first_report = time.monotonic()
             ready = ready or any(_is_under_way(event) for event in events)
+            ready = ready or time.monotonic() - first_report > HEAD_START_SECONDS
             yield from events or [Tick()]
 
     def stop(self) -> None:
@@ -96,7 +107,8 @@ class Pool:
         for worker in self._workers:
             if worker.task is None:
                 continue
-            if not worker.playing:  # still loading or compiling: nothing to save
+            if not worker.playing and not worker.pipe.poll():  # still loading or compiling: nothing to save
+                worker.dropped = True
                 worker.process.kill()
                 continue
             with suppress(OSError):  # it died; _listen will say so
@@ -106,7 +118,7 @@ class Pool:
         """End all workers, whatever they are doing. More than once does no harm."""
         for worker in self._workers:
             try:
-                if worker.task is None:
+                if worker.task is None and worker.used:
                     worker.pipe.send(None)
                 else:
                     worker.process.kill()
@@ -138,7 +150,7 @@ class Pool:
     def _give(self, worker: _Worker, task: Task) -> None:
         if not worker.process.is_alive():  # between two trials
             self._replace(worker)
-        worker.task, worker.playing = task, False
+        worker.task, worker.used, worker.playing = task, True, False
         with suppress(OSError):  # it died; _listen will say so
             worker.pipe.send(task)
 
@@ -173,7 +185,7 @@ class Pool:
         worker.task = None
         if self.stopping:
             worker.pipe.close()
-            if not worker.playing:  # ended by us before it had anything
+            if worker.dropped:
                 return Tick()
         else:
             self._replace(worker)
@@ -184,7 +196,7 @@ class Pool:
         """A fresh process in a dead one's place."""
         worker.pipe.close()
         fresh = self._start()
-        worker.process, worker.pipe, worker.limit = fresh.process, fresh.pipe, fresh.limit
+        worker.process, worker.pipe, worker.limit, worker.used = fresh.process, fresh.pipe, fresh.limit, False
 
 
 def _is_under_way(event: Event) -> bool:

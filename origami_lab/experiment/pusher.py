@@ -17,8 +17,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TextIO
 
+from origami_lab.experiment.interrupts import ignore_interrupts
+from origami_lab.experiment.locks import held
 from origami_lab.experiment.mlflow_runs import Runs
-from origami_lab.experiment.note import held
 from origami_lab.experiment.stores import explain
 from origami_lab.experiment.sync import read_run
 
@@ -58,6 +59,7 @@ class Pusher:
 
 def main(folder: Path, uri: str) -> None:
     """Serve one experiment."""
+    ignore_interrupts()  # batch systems signal every process; the end of stdin says when to leave
     # what others print must not be taken for an answer
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from origami_lab.errors import InputError
 from origami_lab.experiment.folder import RunFolder
 from origami_lab.experiment.locate import locate
-from origami_lab.reporting.tables import COLUMNS, FAILED, INTEGERS, NO_DESIGN, Row, best_row, read_trials, spreads
+from origami_lab.reporting.tables import COLUMNS, FAILED, INTEGERS, NO_DESIGN, Row, best_row, spreads
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -38,11 +38,9 @@ class Result:
         self.exit_code = self._exit_code() if exit_code is None else exit_code
 
     @cached_property
-    def _rows(self) -> dict[int, dict[str, Any]]:
-        """The trials by seed: failed ones are in the table only, those of a killed run in folders."""
-        table = self.folder / "trials.csv"
-        rows = {int(row["seed"]): row for row in (read_trials(table) if table.is_file() else [])}
-        return dict(sorted({**rows, **RunFolder(self.folder).rows()}.items()))
+    def _rows(self) -> dict[int, Row]:
+        """The trials by seed."""
+        return RunFolder(self.folder).known_rows()
 
     @cached_property
     def trials(self) -> pd.DataFrame:

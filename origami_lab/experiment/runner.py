@@ -21,8 +21,8 @@ from origami_lab.experiment.interrupts import Interrupts
 from origami_lab.experiment.pool import Event, Pool
 from origami_lab.experiment.progress import Display, make_display
 from origami_lab.experiment.remarks import remarks
-from origami_lab.experiment.seeds import format_seeds
-from origami_lab.experiment.settings import Settings
+from origami_lab.experiment.seeds import format_seeds, parse_seeds
+from origami_lab.experiment.settings import Settings, fit_workers
 from origami_lab.experiment.tracking import PATIENCE_SECONDS, Tracker, check_tracking, make_tracker
 from origami_lab.experiment.trial import Progress
 from origami_lab.experiment.worker import Failed, Finished
@@ -51,6 +51,8 @@ class Experiment:
     summary: dict[str, Any]
     exit_code: int
     """0, 1 if a trial failed, 130 if it was interrupted."""
+    left_at_once: bool = False
+    """Whether a second interrupt ended the trials where they were."""
 
 
 def run_experiment(settings: Settings, console: Console, command: Sequence[str] = ()) -> Experiment:
@@ -74,15 +76,18 @@ def run_experiment(settings: Settings, console: Console, command: Sequence[str] 
     KeyboardInterrupt
         If interrupted before the first trial.
     """
+    settings = fit_workers(settings)
+    check_tracking(settings)
     with Interrupts() as interrupts, Pool(settings) as pool:
         # the workers import while the parent checks its input
-        check_tracking(settings)
         parts = build_parts(settings)
         with RunFolder.opened(settings) as folder:
             resumed = folder.has_begun
-            rows = folder.rows()
+            if resumed and parts.target is not None:
+                folder.check_target(parts.target)
+            rows = {seed: dict(row) for seed, row in folder.known_rows().items()}
+            settings = _with_seeds_on_disk(settings, folder, rows)
             todo = tuple(seed for seed in settings.seeds if seed not in rows or not spent_budget(rows[seed]))
-            settings = _with_seeds_on_disk(settings, rows)
             with _Unfailing(make_display(console, settings.verbosity, todo, settings.budget)) as display:
                 if settings.resume and not resumed:
                     display.note(f"nothing to resume in {folder.path} yet: starting")
@@ -96,11 +101,12 @@ def run_experiment(settings: Settings, console: Console, command: Sequence[str] 
                         _play(pool, folder, todo, record, display, interrupts)
                 finally:
                     interrupts.limit = None
+                    left_at_once = interrupts.count > 1
                     pool.close()
                     summary = record.write_summary(interrupted=interrupts.count > 0)
             code = record.exit_code(interrupted=summary["interrupted"])
             record.finish(summary, interrupts)
-    return Experiment(folder.path, record.ordered(), summary, code)
+    return Experiment(folder.path, record.ordered(), summary, code, left_at_once)
 
 
 def _play(
@@ -295,8 +301,11 @@ def versions() -> dict[str, str]:
     return found
 
 
-def _with_seeds_on_disk(settings: Settings, rows: dict[int, dict[str, Any]]) -> Settings:
-    """Settings that also name the seeds on disk, and whose configuration runs again as it is."""
-    seeds = tuple(sorted(rows.keys() | set(settings.seeds))) if rows else settings.seeds
+def _with_seeds_on_disk(settings: Settings, folder: RunFolder, rows: Mapping[int, Row]) -> Settings:
+    """Settings that name the seeds of a resumed run, too, and whose configuration runs again as it is."""
+    seeds = settings.seeds
+    if folder.has_begun:
+        asked = set(seeds) if settings.seeds_given else set()
+        seeds = tuple(sorted(asked | rows.keys() | set(parse_seeds(folder.config().get("seed")))))
     config = {**settings.config, "seed": format_seeds(seeds), "output": None, "resume": False}
     return replace(settings, seeds=seeds, config=config)

@@ -6,7 +6,7 @@ import math
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +46,8 @@ class Settings:
     tracking: Node
     """The parts with a ``_target_``, and the tracker's options."""
     seeds: tuple[int, ...]
+    seeds_given: bool
+    """Whether they were asked for; else a resumed run keeps to its own."""
     budget: int
     """Interactions a trial."""
     certify: bool
@@ -87,7 +89,7 @@ def read_settings(config: DictConfig) -> Settings:
         "stuck": read.choice("stuck", ("score", "penalise")),
         "capacity": read.optional_integer("capacity", 8, 100_000),
     }
-    seeds = parse_seeds(read.get("seed"))
+    seed = read.get("seed")
     start, objective, search = (read.part(name) for name in ("start", "objective", "search"))
     if "distance" in objective:
         read.choice("objective.distance", ("vertex", "surface", "sampled"))
@@ -113,10 +115,11 @@ def read_settings(config: DictConfig) -> Settings:
         objective={key: value for key, value in objective.items() if key != "target"},
         search=search,
         tracking=_tracking(read),
-        seeds=seeds,
+        seeds=parse_seeds(0 if seed is None else seed),
+        seeds_given=seed is not None,
         budget=read.integer("budget", 1, 10**12),
         certify=read.choice("certify", ("improvements", "none")) == "improvements",
-        workers=_workers(read, game, len(seeds)),
+        workers=_workers(read),
         objective_seconds=read.number("objective_seconds", 0, math.inf, "must be seconds above 0, or null"),
         output=_output(read.get("output")),
         resume=read.flag("resume"),
@@ -152,7 +155,9 @@ def _with_absolute_path(values: Node) -> dict[str, Any]:
 
     def absolute(target: Any) -> Any:
         path = target.get("path") if isinstance(target, Mapping) else None
-        if not isinstance(path, str) or not path.strip():
+        # what a path is to a target of the user's own, it alone knows
+        ours = isinstance(target, Mapping) and str(target.get("_target_")).startswith("origami_lab.")
+        if not ours or not isinstance(path, str) or not path.strip():
             return target
         return {**target, "path": str(expanded(path).absolute())}
 
@@ -194,11 +199,22 @@ def _output(value: object) -> Path | None:
     return expanded(path)
 
 
-def _workers(read: _Reader, game: Node, trials: int) -> int:
-    """How many trials run at a time: never more than there are, nor than the memory has room for."""
-    value: Any = read.get("workers")
-    if value != "auto":
-        value = read.integer("workers", 1, 10**9, "must be auto or a number of processes from 1")
+def _workers(read: _Reader) -> int:
+    """How many trials run at a time, as asked for: one a core, or a number."""
+    if read.get("workers") != "auto":
+        return read.integer("workers", 1, 10**9, "must be auto or a number of processes from 1")
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def fit_workers(settings: Settings) -> Settings:
+    """The settings with as many workers as this machine's memory has room for.
+
+    Raises
+    ------
+    InputError
+        If a single one does not fit, or fewer than were asked for by their number.
+    """
+    game, trials = settings.game, len(settings.seeds)
     memory, each = _memory(), WORKER_BYTES + POSITIONS * _state_bytes(game)
     room = memory // each
     if room < 1:
@@ -210,16 +226,13 @@ def _workers(read: _Reader, game: Node, trials: int) -> int:
             f"a search with {given} takes {each / 2**30:.0f} GB and this machine has {memory / 2**30:.0f} GB:"
             " choose a smaller capacity or driving_angle.count",
         )
-    if value == "auto":
-        cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-        return min(cores, trials, room)
-    if min(value, trials) > room:
+    if settings.config["workers"] != "auto" and min(settings.workers, trials) > room:
         raise InputError(
             "workers",
-            value,
+            settings.workers,
             f"must be at most {room}: each takes about {each / 2**30:.1f} GB of this machine's {memory / 2**30:.0f} GB",
         )
-    return int(min(value, trials))
+    return replace(settings, workers=min(settings.workers, room))
 
 
 def _memory() -> int:

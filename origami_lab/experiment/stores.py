@@ -8,6 +8,7 @@ from __future__ import annotations
 import logging
 import os
 import re
+import shlex
 import sqlite3
 import warnings
 from contextlib import closing
@@ -93,6 +94,13 @@ def shown(uri: str) -> str:
         inside = file.is_relative_to(Path.cwd())
         return f"the store {file.relative_to(Path.cwd()) if inside else file}"
     return ("the server " if uri.startswith(SERVERS) else "the store ") + re.sub(r"//[^/@]*@", "//", uri)
+
+
+def how_to_look(uri: str) -> str:
+    """What opens a store: a command, or the address of a server."""
+    if uri.startswith(SERVERS):
+        return re.sub(r"//[^/@]*@", "//", uri)
+    return "origami-lab dashboard" if uri == default_uri() else f"origami-lab dashboard --uri {shlex.quote(uri)}"
 
 
 def check_store(uri: object, field: str = "tracking.uri") -> None:

@@ -5,15 +5,15 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 
 from omegaconf import DictConfig, OmegaConf
 
 from origami_lab.errors import InputError
-from origami_lab.experiment.folder import locked
+from origami_lab.experiment.locks import held, locked
 from origami_lab.experiment.mlflow_runs import Runs
-from origami_lab.experiment.note import held, read_note
+from origami_lab.experiment.note import read_note
 from origami_lab.experiment.settings import Settings, read_settings
 from origami_lab.experiment.stores import RefusedError, StoreError, absolute_uri, check_store, default_uri, explain
 
@@ -62,14 +62,15 @@ def read_run(folder: Path) -> Settings:
 
 @contextmanager
 def _alone(folder: Path) -> Iterator[bool]:
-    """Keep runs and other pushes out of a run folder; whether it could be had."""
-    with ExitStack() as stack:
-        try:
-            stack.enter_context(locked(folder))
-        except InputError:
-            yield False
-            return
-        yield stack.enter_context(held(folder, wait=False))
+    """Keep other pushes out of a run folder that no run writes to; whether it could be had."""
+    try:
+        with locked(folder):
+            pass  # not kept: a run that is resumed now waits for this push, and need not be refused
+    except InputError:
+        yield False
+        return
+    with held(folder, wait=False) as free:
+        yield free
 
 
 def sync(

@@ -94,11 +94,13 @@ class MlflowTracker:
                 env={**QUIET, **os.environ, "PYTHONPATH": path, "PYTHONWARNINGS": "ignore"},
                 start_new_session=True,
             )
-        except OSError as error:
-            self._warn(f"the process for MLflow could not be started ({error.strerror or error})")
-            return
-        self._listener = threading.Thread(target=self._listen, args=(self._process,), daemon=True, name="tracking")
-        self._listener.start()
+            self._listener = threading.Thread(target=self._listen, args=(self._process,), daemon=True, name="tracking")
+            self._listener.start()
+        except (OSError, RuntimeError) as error:  # no more processes, or no more threads
+            if self._process is not None:
+                self._process.kill()
+                self._process = None
+            self._warn(f"the process for MLflow could not be started ({error})")
 
     def trial(self, row: Row) -> None:
         self._trials += 1

@@ -88,7 +88,7 @@ def run_trial(
     outcome = problem.outcome()
     design = parts.game.design(outcome.actions, outcome.angle)
     # a search that ends by itself before its budget is spent is a finished one
-    stopped = should_stop is not None and should_stop() and outcome.interactions < settings.budget
+    stopped = problem.stopped and outcome.interactions < settings.budget
     row = _row(seed, parts, outcome, design, seconds, stopped)
     facts = {"task": settings.task, "search": settings.method, "board": parts.game.board_size}
     facts |= {name: row[name] for name in ("seed", "return", "driving_angle", "interactions", "status")}

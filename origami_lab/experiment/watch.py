@@ -99,6 +99,7 @@ class _WatchedEvaluator:
             if not callable(getattr(evaluator, method, None)):
                 raise InputError("objective", name, f"bind(game) must return an evaluator, it has no method {method}")
         self._evaluator, self.new_memos, self.clear = evaluator, evaluator.new_memos, evaluator.clear
+        self._first = game.first_angle
         self._score, self._bound = calls(evaluator.score), calls(evaluator.bound)
         self._name = name
 
@@ -106,7 +107,7 @@ class _WatchedEvaluator:
         score = self._score(states, memos, i, above)
         if not isinstance(score, Score):
             raise InputError("objective", self._name, f"score returned a {type(score).__name__}; it must be a Score")
-        return checked(score, int(states["reach"][i]), self._name)
+        return checked(score, self._first, int(states["reach"][i]), self._name)
 
     def bound(self, states: States, memos: Memos, i: int, above: float = float("-inf")) -> float:
         return number(self._bound(states, memos, i, above), self._name, "bound")

@@ -27,6 +27,11 @@ class FoldedSheet:
         """How many driving angles, from flat up, the motion reaches."""
         return int(self.states["reach"][self.index])
 
+    @property
+    def first(self) -> int:
+        """Index of the first driving angle at which a design may be used; the last one where the angle is fixed."""
+        return int(self.rules["min_reach"][0]) - 1
+
     @cached_property
     def _numbers(self) -> NDArray[np.int64]:
         """(R, g) number of each representative's image under each group element."""

@@ -91,7 +91,7 @@ class SheetEvaluator:
         sheet = FoldedSheet(states, i, self._rules)
         result = self._objective.score(sheet)
         score = result if isinstance(result, Score) else Score(result, sheet.reach - 1)
-        return checked(score, sheet.reach, type(self._objective).__name__)
+        return checked(score, sheet.first, sheet.reach, type(self._objective).__name__)
 
     def bound(self, states: States, memos: Memos, i: int, above: float = -math.inf) -> float:
         if not self._has_bound:
@@ -100,7 +100,7 @@ class SheetEvaluator:
         return number(result, type(self._objective).__name__, "bound")
 
 
-def checked(score: Score, reach: int, name: str) -> Score:
+def checked(score: Score, first: int, reach: int, name: str) -> Score:
     """A score that can be compared with others; raises InputError if it is none.
 
     −inf is one: the worst. +inf is not, nothing could improve on it.
@@ -108,8 +108,13 @@ def checked(score: Score, reach: int, name: str) -> Score:
     value = number(score.value, name, "score")
     if value == math.inf:
         raise InputError("objective", name, "score returned inf; it must return a finite number")
-    if isinstance(score.angle, bool) or not hasattr(score.angle, "__index__") or not -1 <= score.angle < reach:
-        expected = f"score returned the angle {score.angle!r:.60}; it must be an index below the sheet's reach, or -1"
+    if (
+        isinstance(score.angle, bool)
+        or not hasattr(score.angle, "__index__")
+        or not (score.angle == -1 or first <= score.angle < reach)
+    ):
+        indices = "an index from sheet.first to sheet.reach - 1, or -1"
+        expected = f"score returned the angle {score.angle!r:.60}; it must be {indices}"
         raise InputError("objective", name, expected)
     return Score(value, int(score.angle))
 

@@ -133,6 +133,11 @@ class Problem:
         return self._stopped or self.interactions >= self.budget
 
     @property
+    def stopped(self) -> bool:
+        """Whether the search was asked to stop, and has heard it."""
+        return self._stopped
+
+    @property
     def remaining(self) -> int:
         return self.budget - self.interactions
 

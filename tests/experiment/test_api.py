@@ -128,6 +128,14 @@ def test_a_program_runs_what_the_command_runs(tracked: Path, tmp_path: Path) -> 
     assert row["return"] == pytest.approx(folded[:, 2].max(), abs=1e-12)
 
 
+def children_of(process: int) -> list[str]:
+    return Path(f"/proc/{process}/task/{process}/children").read_text().split()
+
+
+def command_of(process: str) -> bytes:
+    return Path(f"/proc/{process}/cmdline").read_bytes()
+
+
 @pytest.mark.slow
 def test_ctrl_c_saves_and_returns(tmp_path: Path) -> None:
     own_parts(tmp_path)
@@ -149,6 +157,32 @@ print(result.exit_code, status, len(result.best.vertices) > 3, origami_lab.load(
     assert out.strip() == "130 {0: 'stopped'} True 130", err
     assert process.returncode == 0
     assert "stopping: saving the best so far" in err
+
+
+@pytest.mark.slow
+def test_the_second_ctrl_c_raises(tmp_path: Path) -> None:
+    """Or a loop over experiments would go on to the next one."""
+    own_parts(tmp_path)
+    settings = [*OWN, "+objective.beacon=on", "budget=1e9", "seed=0", "workers=1", "output=out"]
+    source = f"""
+import origami_lab
+try:
+    origami_lab.run({settings!r}, config_dir="conf")
+except KeyboardInterrupt:
+    print("raised", origami_lab.load("out").exit_code)
+"""
+    process = program(tmp_path, source, start_new_session=True)
+    for _ in range(6000):
+        if (tmp_path / "on").exists() or process.poll() is not None:
+            break
+        time.sleep(0.02)
+    worker = next(int(pid) for pid in children_of(process.pid) if b"spawn_main" in command_of(pid))
+    os.kill(worker, signal.SIGSTOP)  # it saves nothing, so that there is time for a second one
+    os.kill(process.pid, signal.SIGINT)
+    time.sleep(1.0)
+    os.kill(process.pid, signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert out.strip() == "raised 130", err
 
 
 @pytest.mark.slow
@@ -238,6 +272,8 @@ def test_no_run_is_refused(tmp_path: Path) -> None:
         ["target=bowl", "seed=9..0"],
         ["target=bowl", "seed=0,3"],
         ["target=["],
+        ["=5"],
+        ["hydra=1"],
         ["+target=bowl"],
         ["target=mesh"],
         ["target=bowl", "start=crease"],

@@ -13,7 +13,7 @@ import pytest
 import trimesh
 
 from origami_lab.errors import InputError
-from origami_lab.experiment.folder import RunFolder, flatten, write_atomically, write_ply
+from origami_lab.experiment.folder import RunFolder, failed_row, flatten, ply_bytes, write_atomically
 from origami_lab.experiment.settings import Settings
 
 NOW = datetime(2026, 1, 2, 3, 4, 5)
@@ -38,6 +38,7 @@ def settings() -> Settings:
         search=nothing,
         tracking=nothing,
         seeds=(0,),
+        seeds_given=True,
         budget=10,
         certify=True,
         workers=1,
@@ -139,9 +140,24 @@ def test_a_write_that_fails_keeps_the_old_file(tmp_path: Path) -> None:
     assert [each.name for each in tmp_path.iterdir()] == ["trials.csv"]
 
 
+def test_what_is_known_of_the_trials(tmp_path: Path) -> None:
+    folder = RunFolder(tmp_path)
+    for seed, status in ((0, "ok"), (1, "stopped"), (2, "ok")):
+        folder.trial(seed).mkdir()
+        (folder.trial(seed) / "result.json").write_text(json.dumps({"seed": seed, "status": status}))
+    # a finished trial is on disk whatever the table says; one that was stopped may have failed since
+    folder.write_trials([failed_row(seed, "lost") for seed in (1, 2, 3)])
+    assert {seed: row["status"] for seed, row in folder.known_rows().items()} == {
+        0: "ok",
+        1: "failed: lost",
+        2: "ok",
+        3: "failed: lost",
+    }
+
+
 def test_ply_is_read_by_others(tmp_path: Path) -> None:
     box = trimesh.creation.box((1, 2, 3))
-    write_ply(tmp_path / "target.ply", box.vertices, box.faces)
+    (tmp_path / "target.ply").write_bytes(ply_bytes(box.vertices, box.faces))
     read = trimesh.load(tmp_path / "target.ply", process=False)
     np.testing.assert_array_equal(read.vertices, box.vertices)
     np.testing.assert_array_equal(read.faces, box.faces)

@@ -144,10 +144,14 @@ def test_resume_runs_what_is_missing_only(tracked: Path, tmp_path: Path) -> None
     shutil.copytree(tracked / "out", tmp_path / "out")
     shutil.rmtree(tmp_path / "out/seed=1")
     before = (tmp_path / "out/seed=0/result.json").stat().st_mtime_ns
-    more = (*SMALL, "seed=0..3", "tracking=none", "output=out")
-    assert run(tmp_path, *more) == 2
-    assert run(tmp_path, *more, "budget=401", "resume=true") == 2
-    assert run(tmp_path, *more, "resume=true") == 0
+    same = (*SMALL, "tracking=none", "output=out")
+    assert run(tmp_path, *same, "seed=0..3") == 2
+    assert run(tmp_path, *same, "seed=0..3", "budget=401", "resume=true") == 2
+    # it keeps to its own seeds, named or not
+    assert run(tmp_path, *same, "resume=true") == 0
+    assert untimed(tmp_path / "out/trials.csv") == untimed(tracked / "out/trials.csv")
+    assert OmegaConf.load(tmp_path / "out/config.yaml").seed == "0..2"
+    assert run(tmp_path, *same, "seed=3", "resume=true") == 0
     assert (tmp_path / "out/seed=0/result.json").stat().st_mtime_ns == before
     rows = untimed(tmp_path / "out/trials.csv")
     assert rows[:3] == untimed(tracked / "out/trials.csv")
@@ -155,9 +159,23 @@ def test_resume_runs_what_is_missing_only(tracked: Path, tmp_path: Path) -> None
     assert OmegaConf.load(tmp_path / "out/config.yaml").seed == "0..3"
 
 
+def test_a_target_that_has_changed_is_not_resumed(
+    tracked: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copytree(tracked / "out", tmp_path / "out")
+    shutil.rmtree(tmp_path / "out/seed=1")
+    file = tmp_path / "out/target.ply"
+    file.write_bytes(file.read_bytes()[:-4] + b"\1\0\0\0")
+    assert run(tmp_path, *SMALL, "tracking=none", "output=out", "resume=true") == 2
+    assert "the target has changed since" in capsys.readouterr().err
+    assert not (tmp_path / "out/seed=1").exists()
+
+
 def test_a_finished_configuration_runs_again(tracked: Path, tmp_path: Path) -> None:
     assert run(tmp_path, str(tracked / "out/config.yaml"), "seed=2", "tracking=none", "output=again") == 0
     assert untimed(tmp_path / "again/trials.csv") == untimed(tracked / "out/trials.csv")[2:]
+    # every job of a multirun is checked before the first one starts
+    assert run(tmp_path, str(tracked / "out/config.yaml"), "-m", "budget=100,-5", "tracking=none") == 2
     assert [file.name for file in tmp_path.iterdir()] == ["again"]
     assert run(tmp_path, str(tracked / "out/config.yaml"), "search=bfts") == 2
 

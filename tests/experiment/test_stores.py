@@ -12,7 +12,7 @@ import pytest
 
 from origami_lab.errors import InputError
 from origami_lab.experiment import stores
-from origami_lab.experiment.note import held
+from origami_lab.experiment.locks import held
 from origami_lab.experiment.stores import StoreError, absolute_uri, cause_of, check_store, probe, shown, sqlite_file
 from origami_lab.experiment.tracking import MlflowTracker
 

@@ -15,8 +15,8 @@ from typing import Any
 import pytest
 
 from origami_lab.errors import InputError
+from origami_lab.experiment.locks import held
 from origami_lab.experiment.mlflow_runs import Runs
-from origami_lab.experiment.note import held
 from origami_lab.experiment.stores import StoreError, create_database, open_client
 from origami_lab.experiment.sync import find_runs, read_run
 from origami_lab.reporting.tables import format_trials, read_trials

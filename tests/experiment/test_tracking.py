@@ -5,7 +5,10 @@ from __future__ import annotations
 import csv
 import json
 import multiprocessing
+import os
 import shutil
+import signal
+import time
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +19,7 @@ from origami_lab.experiment.dashboard import find_store
 from origami_lab.experiment.stores import create_database, open_client
 from origami_lab.reporting.tables import read_trials
 from tests.experiment.conftest import SMALL, run
+from tests.experiment.test_run import OWN_OBJECTIVE, background, wait_for
 
 pytestmark = pytest.mark.slow
 
@@ -136,3 +140,18 @@ def test_the_dashboard_finds_the_store_from_anywhere_below(tracked: Path, tmp_pa
     assert find_store("http://localhost:5000", tmp_path) == "http://localhost:5000"
     with pytest.raises(InputError, match="directory="):
         find_store(None, tmp_path)
+
+
+def test_a_batch_system_that_signals_every_process(tmp_path: Path) -> None:
+    """The pusher has a session of its own, but a container's end reaches it, too."""
+    arguments = ("objective=beacon", f"objective.file={tmp_path}/on", "budget=1e9", "seed=0", "workers=1")
+    tracked = tuple(text for text in OWN_OBJECTIVE if text != "tracking=none")
+    process = background(tmp_path, *tracked, *arguments, "tracking.experiment=batch")
+    wait_for((tmp_path / "out/tracking.json").exists, process)
+    time.sleep(1.0)
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+    assert any(b"experiment.pusher" in Path(f"/proc/{child}/cmdline").read_bytes() for child in children)
+    for child in (*children, process.pid):
+        os.kill(int(child), signal.SIGTERM)
+    assert process.wait(120) == 130
+    assert {run.info.status for run in runs_of(tmp_path, "batch")} == {"KILLED"}

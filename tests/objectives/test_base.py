@@ -24,8 +24,8 @@ def test_what_is_no_number(value: object) -> None:
 
 
 def test_the_worst_score_is_one_and_the_best_is_not() -> None:
-    assert checked(Score(-math.inf, -1), 3, "Mine") == Score(-math.inf, -1)
-    assert checked(Score(np.float64(1), np.int64(2)), 3, "Mine") == Score(1.0, 2)  # type: ignore[arg-type]
-    for score in (Score(math.inf, 0), Score(1.0, 3), Score(1.0, -2), Score(1.0, 0.5)):  # type: ignore[arg-type]
+    assert checked(Score(-math.inf, -1), 1, 3, "Mine") == Score(-math.inf, -1)
+    assert checked(Score(np.float64(1), np.int64(2)), 1, 3, "Mine") == Score(1.0, 2)  # type: ignore[arg-type]
+    for score in (Score(math.inf, 1), Score(1.0, 0), Score(1.0, 3), Score(1.0, -2), Score(1.0, 0.5)):  # type: ignore[arg-type]
         with pytest.raises(InputError, match="objective=Mine: score returned"):
-            checked(score, 3, "Mine")
+            checked(score, 1, 3, "Mine")
