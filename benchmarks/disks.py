@@ -98,8 +98,7 @@ def _lock(disk: Path) -> None:
 
 def _mend(disk: Path) -> None:
     """Take back whatever was done."""
-    if (disk / "out").is_mount():
-        subprocess.run(["umount", str(disk / "out")], check=True)
+    subprocess.run(["umount", str(disk / "out")], capture_output=True)  # it fails where nothing was mounted
     (disk / "ballast").unlink(missing_ok=True)
 
 
