@@ -17,7 +17,7 @@ from origami_lab.experiment.configuration import CONFIG_NAME, config_dir
 from origami_lab.experiment.folder import flatten
 from origami_lab.experiment.multirun import without_hydra
 from origami_lab.experiment.remarks import remarks
-from origami_lab.experiment.settings import Settings, read_settings
+from origami_lab.experiment.settings import Settings, fit_workers, read_settings
 
 GROUPS = ("target", "objective", "board", "symmetry", "start", "search", "tracking", "experiment")
 OPTIONS = [(group, file.stem) for group in GROUPS for file in sorted((Path(config_dir()) / group).glob("*.yaml"))]
@@ -183,3 +183,15 @@ def test_help_explains_every_key() -> None:
         assert general or "_target_" in key or key == "tracking.kind" or key == "symmetry.name", key
     for group in GROUPS:
         assert group in text or "APP_CONFIG_GROUPS" in text
+
+
+def test_a_search_has_to_fit_into_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    large = settings("target=bowl", "capacity=100000", "driving_angle.count=100", "workers=2", "seed=0..1")
+    for gigabytes in (2, 12):
+        monkeypatch.setattr("origami_lab.experiment.settings._memory", lambda n=gigabytes: n * 2**30)
+        with pytest.raises(
+            InputError, match="capacity=100000: .* choose" if gigabytes == 2 else "workers=2: .*at most 1"
+        ):
+            fit_workers(large)
+    monkeypatch.setattr("origami_lab.experiment.settings._memory", lambda: 2**40)
+    assert fit_workers(large).workers == 2

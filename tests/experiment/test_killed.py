@@ -36,6 +36,7 @@ def settings_for(output: Path) -> Settings:
         search=nothing,
         tracking=nothing,
         seeds=SEEDS,
+        seeds_given=True,
         budget=10,
         certify=True,
         workers=1,
