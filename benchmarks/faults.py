@@ -22,6 +22,7 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
+from benchmarks import write_report
 from benchmarks.disks import disks
 from benchmarks.faulty import WAYS
 from benchmarks.runs import (
@@ -225,7 +226,7 @@ def searchers(place: Path, report: Report) -> None:
     report.table("it ends by", "exit code", "interactions", "trials.csv")
     for name, budget, wanted in (("its budget", "400", 0), ("Ctrl-C", "1e9", 130)):
         folder = f"endless-{wanted}"
-        own = ["target=pyramid", "search=rdm", "search._target_=benchmarks.faulty.Endless", UNTRACKED]
+        own = ["target=pyramid", "search=rdm", "search._target_=tests.experiment.fakes.Endless", UNTRACKED]
         own += [f"budget={budget}"]
         run = start(place, [*own, f"output={folder}"])
         if wanted:
@@ -270,8 +271,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "",
         "Everything was as it should be." if not report.wrong else f"{report.wrong} cases were not as they should be.",
     )
-    if options.out is not None:
-        options.out.write_text("\n".join(report.lines) + "\n", encoding="utf-8")
+    write_report(report.lines, options.out)
     return 1 if report.wrong else 0
 
 

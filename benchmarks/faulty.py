@@ -13,8 +13,6 @@ from pathlib import Path
 
 import numpy as np
 
-from origami_lab.search.problem import Problem
-
 GOOD_CALLS = 20
 """Calls that go well before the one that does not."""
 
@@ -96,16 +94,3 @@ class Faulty:
         except FileExistsError:
             return False
         return True
-
-
-class Endless:
-    """Random play that never asks whether it is done."""
-
-    def search(self, problem: Problem, rng: np.random.Generator) -> None:
-        """Play on and on."""
-        positions = problem.new_positions(1)
-        while True:
-            legal = problem.clear(positions, 0)
-            while len(legal):
-                legal = problem.play(positions, 0, int(rng.choice(legal)))
-            problem.finish(positions, 0)

@@ -20,6 +20,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
 
+from benchmarks import write_report
 from benchmarks.speed import bowl_game
 from origami_lab.objectives.shape import ShapeObjective
 from origami_lab.objectives.targets import bowl
@@ -84,10 +85,8 @@ def main() -> None:
         *(f"| {name} | {a * 1e3:.1f} | {b * 1e3:.1f} | {a / b:.2f} |" for name, (a, b) in pairs.items()),
         "",
     ]
-    text = "\n".join(lines)
-    print(text)
-    if options.out:
-        options.out.write_text(text, encoding="utf-8")
+    print("\n".join(lines))
+    write_report(lines, options.out)
 
 
 if __name__ == "__main__":

@@ -23,6 +23,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
 
+from benchmarks import write_report
 from origami_lab.game.folded import FoldedSheet
 from origami_lab.game.game import Game
 from origami_lab.game.play import (
@@ -330,10 +331,8 @@ def main() -> None:
         f"Peak memory of this process: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB.",
         "",
     ]
-    text = "\n".join(lines)
-    print(text)
-    if options.out:
-        options.out.write_text(text, encoding="utf-8")
+    print("\n".join(lines))
+    write_report(lines, options.out)
 
 
 if __name__ == "__main__":

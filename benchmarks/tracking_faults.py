@@ -20,11 +20,12 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import closing
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler
 from pathlib import Path
 
+from benchmarks import write_report
 from benchmarks.faulty_servers import ENVIRONMENT, MlflowServer, free_port, http_server, reply, reply_late
 from origami_lab.experiment.stores import create_database, open_client
 from origami_lab.reporting.tables import read_trials
@@ -158,34 +159,35 @@ def html(folder: Path) -> Iterator[tuple[str, Outcome]]:
         yield "answers a web page", origami_lab(folder, *RUN, *SHORT, f"tracking.uri={uri}")
 
 
-def killed_then_resumed(folder: Path) -> Iterator[tuple[str, Outcome]]:
+@contextmanager
+def killed_in_mid_run(folder: Path) -> Iterator[tuple[MlflowServer, Outcome]]:
+    """A server that was killed with SIGKILL while a run was tracked in it, and that run; the server is back then."""
     server = MlflowServer(folder / "server")
     try:
         tracking = f"tracking.uri={server.uri}"
         run = origami_lab(folder, *RUN, *LONG, tracking, during=after_first_trial(folder, server.kill))
-        yield "MLflow server killed with SIGKILL in mid-run", run
         server.start()
+        yield server, run
+    finally:
+        server.kill()
+
+
+def killed_then_resumed(folder: Path) -> Iterator[tuple[str, Outcome]]:
+    with killed_in_mid_run(folder) as (server, run):
+        yield "MLflow server killed with SIGKILL in mid-run", run
         before = tracked(server.uri)
         again = origami_lab(folder, *RUN, *LONG, "resume=true")
         again.notes += [f"store before: {before}", f"store: {tracked(server.uri)}"]
         yield "… restarted, then `resume=true`", again
-    finally:
-        server.kill()
 
 
 def killed_then_synced(folder: Path) -> Iterator[tuple[str, Outcome]]:
-    server = MlflowServer(folder / "server")
-    try:
-        tracking = f"tracking.uri={server.uri}"
-        run = origami_lab(folder, *RUN, *LONG, tracking, during=after_first_trial(folder, server.kill))
+    with killed_in_mid_run(folder) as (server, run):
         yield "MLflow server killed with SIGKILL in mid-run, again", run
-        server.start()
         for name in ("… restarted, then `dashboard --sync .`", "… and a second `--sync`"):
             again = origami_lab(folder, "dashboard", "--sync", ".")
             again.notes.append(f"store: {tracked(server.uri)}")
             yield name, again
-    finally:
-        server.kill()
 
 
 def killed_run(folder: Path) -> Iterator[tuple[str, Outcome]]:
@@ -370,8 +372,7 @@ def main() -> None:
                 row = f"| {title} | {run.code} | {run.seconds:.0f} | {run.on_disk} | {'<br>'.join(cells) or '–'} |"
                 print(row, flush=True)
                 text.append(row)
-    if options.out:
-        options.out.write_text("\n".join(text) + "\n", encoding="utf-8")
+    write_report(text, options.out)
 
 
 if __name__ == "__main__":

@@ -15,8 +15,8 @@ from importlib import import_module
 from pathlib import Path
 
 import origami_lab
-from origami_lab.commands import COMMANDS, EXIT_CRASH, EXIT_INPUT, EXIT_INTERRUPTED
-from origami_lab.errors import InputError, one_line, shorten
+from origami_lab.commands import COMMANDS
+from origami_lab.errors import EXIT_FAILED, EXIT_INPUT, EXIT_INTERRUPTED, InputError, one_line, shorten
 
 FLAGS_WITH_VALUE = (
     *("--config-path", "-cp", "--config-name", "-cn", "--config-dir", "-cd"),
@@ -49,14 +49,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return EXIT_INPUT
     except BrokenPipeError:  # the reader of our output left, e.g. `| head`
         sys.stderr.close()
-        return EXIT_CRASH
+        return EXIT_FAILED
     except Exception as error:
         if _wants_traceback(arguments):
             traceback.print_exc()
         else:
             first = one_line(shorten((str(error).splitlines() or [""])[0], 500))
             print(f"error: {type(error).__name__}: {first} (verbosity=verbose shows where)", file=sys.stderr)
-        return EXIT_CRASH
+        return EXIT_FAILED
 
 
 def _dispatch(arguments: list[str]) -> int:

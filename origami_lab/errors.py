@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+EXIT_OK, EXIT_FAILED, EXIT_INPUT, EXIT_INTERRUPTED = 0, 1, 2, 130
+"""Exit codes of the command: done; a trial failed, or it broke; wrong input, in one line; interrupted."""
+
 
 class InputError(ValueError):
     """A setting or a file is wrong; the message says which, what it was, and what would be right.

@@ -188,10 +188,10 @@ def test_help_explains_every_key() -> None:
 def test_a_search_has_to_fit_into_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     large = settings("target=bowl", "capacity=100000", "driving_angle.count=100", "workers=2", "seed=0..1")
     for gigabytes in (2, 12):
-        monkeypatch.setattr("origami_lab.experiment.settings._memory", lambda n=gigabytes: n * 2**30)
+        monkeypatch.setattr("origami_lab.experiment.settings.physical_memory", lambda n=gigabytes: n * 2**30)
         with pytest.raises(
             InputError, match="capacity=100000: .* choose" if gigabytes == 2 else "workers=2: .*at most 1"
         ):
             fit_workers(large)
-    monkeypatch.setattr("origami_lab.experiment.settings._memory", lambda: 2**40)
+    monkeypatch.setattr("origami_lab.experiment.settings.physical_memory", lambda: 2**40)
     assert fit_workers(large).workers == 2

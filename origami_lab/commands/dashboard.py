@@ -28,13 +28,13 @@ def main(arguments: Sequence[str]) -> int:
     if options.sync:
         return _sync([Path(name) for name in options.sync], options.uri)
     from origami_lab.experiment.dashboard import check_port, find_store, serve_dashboard
-    from origami_lab.experiment.stores import SERVERS, shown, sqlite_file
+    from origami_lab.experiment.stores import SERVERS, how_to_look, shown, sqlite_file
 
     directory = Path(options.directory)
     store = find_store(options.uri, directory)
     check_port(options.host, options.port)
     if store.startswith(SERVERS):
-        print(f"the store is a server: {store}")
+        print(f"the store is a server: {how_to_look(store)}")
         return 0
     file = sqlite_file(store)
     above = options.uri is None and file is not None and not file.is_relative_to(directory.absolute())

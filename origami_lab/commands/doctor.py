@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from origami_lab.commands import EXIT_CRASH, EXIT_OK
+from origami_lab.errors import EXIT_FAILED, EXIT_OK
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -29,4 +29,4 @@ def main(arguments: Sequence[str]) -> int:
         width = max(len(check.name) for check in checks)
         for check in checks:
             print(f"{check.status:<7}  {check.name:<{width}}  {check.text}")
-    return EXIT_CRASH if any(check.status == PROBLEM for check in checks) else EXIT_OK
+    return EXIT_FAILED if any(check.status == PROBLEM for check in checks) else EXIT_OK

@@ -22,16 +22,15 @@ from urllib.parse import unquote, urlparse
 from urllib.request import urlopen
 
 import origami_lab
+from origami_lab.errors import InputError
+from origami_lab.experiment.machine import WORKER_BYTES, container_cores, free_memory, usable_cores
+from origami_lab.experiment.stores import DEFAULT_STORE, SERVERS, check_store, sqlite_file, without_password
 
 OK, NOTE, PROBLEM = "ok", "note", "problem"
 DISTRIBUTION = "origami-lab"
-STORE = Path("results/mlflow.db")
-CGROUP = Path("/sys/fs/cgroup")
 PATIENCE_SECONDS = 2.0
 LITTLE_DISK = 2**30
 """Bytes below which free space is worth a note: a trial's files take about a megabyte, twice with tracking."""
-MEMORY_PER_TRIAL = 400 * 2**20
-"""Bytes that a worker process takes, most of it libraries and kernels."""
 
 
 @dataclass(frozen=True)
@@ -161,67 +160,28 @@ def _configuration() -> Iterator[Found]:
 
 
 def _cores() -> Iterator[Found]:
-    usable = _usable_cores()
+    usable = usable_cores()
     total = os.cpu_count() or usable
     text = f"{usable} usable" + (f" of {total}" if usable != total else "")
-    limit = _cgroup_cores()
+    limit = container_cores()
     if limit is not None and limit < usable:
         yield NOTE, f"{text}, but limited to the time of {limit:g}; best is workers={max(int(limit), 1)}"
     else:
         yield OK, f"{text}: as many trials run at a time"
 
 
-def _usable_cores() -> int:
-    """What workers=auto takes."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def _cgroup_cores() -> float | None:
-    """The processor time that a container may use, in cores."""
-    try:
-        quota, period = (CGROUP / "cpu.max").read_text().split()
-    except (OSError, ValueError):
-        try:
-            quota, period = ((CGROUP / f"cpu/cpu.cfs_{name}_us").read_text().strip() for name in ("quota", "period"))
-        except OSError:
-            return None
-    return None if quota in ("max", "-1") else int(quota) / int(period)
-
-
 def _memory() -> Iterator[Found]:
-    free, total = _free_memory()
+    free, total = free_memory()
     if free is None or total is None:
         yield NOTE, "not known on this system"
         return
     text = f"{_size(free)} free of {_size(total)}"
-    trials = free // MEMORY_PER_TRIAL
-    if trials < _usable_cores():
-        expected = f"enough for {trials} trials at a time (about {_size(MEMORY_PER_TRIAL)} each)"
+    trials = free // WORKER_BYTES
+    if trials < usable_cores():
+        expected = f"enough for {trials} trials at a time (about {_size(WORKER_BYTES)} each)"
         yield NOTE, f"{text}: {expected}; best is workers={max(trials, 1)}"
     else:
         yield OK, text
-
-
-def _free_memory() -> tuple[int | None, int | None]:
-    """Bytes that are free and bytes there are, within the limit of a container."""
-    try:
-        lines = (line.split() for line in Path("/proc/meminfo").read_text().splitlines())
-        known = {line[0]: int(line[1]) * 1024 for line in lines if len(line) > 1}
-        free, total = known["MemAvailable:"], known["MemTotal:"]
-    except (OSError, ValueError, KeyError):
-        return None, None
-    for limit, usage in (
-        ("memory.max", "memory.current"),
-        ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes"),
-    ):
-        try:
-            most = int((CGROUP / limit).read_text())
-            used = int((CGROUP / usage).read_text())
-        except (OSError, ValueError):  # no limit ("max"), or none of this kind
-            continue
-        if most < total:
-            free, total = min(free, max(most - used, 0)), most
-    return free, total
 
 
 def _kernels() -> Iterator[Found]:
@@ -263,15 +223,20 @@ def _results(directory: Path) -> Iterator[Found]:
 def _tracking(directory: Path, uri: str | None) -> Iterator[Found]:
     """The MLflow store: the folder's own, or the one at a URI."""
     if uri is None:
-        yield _database(directory.absolute() / STORE, "the first run makes it")
-    elif uri.startswith("sqlite:///"):
-        yield _database(
-            Path(uri.removeprefix("sqlite:///")).absolute(), "the first run with this tracking.uri makes it"
-        )
-    elif uri.startswith(("http://", "https://")):
-        yield _server(uri)
+        yield _database(directory.absolute() / DEFAULT_STORE, "the first run makes it")
+        return
+    try:
+        check_store(uri)
+    except InputError as error:
+        yield PROBLEM, str(error)
+        return
+    file = sqlite_file(uri)
+    if file is not None:
+        yield _database(file.absolute(), "the first run with this tracking.uri makes it")
+    elif uri.startswith(SERVERS):
+        yield _server(without_password(uri))
     else:
-        yield NOTE, f"{uri}: only sqlite:/// and http(s):// are looked at here"
+        yield NOTE, f"{without_password(uri)}: only sqlite:/// and http(s):// are looked at here"
 
 
 def _database(path: Path, hint: str) -> Found:

@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from origami_lab.errors import InputError
+from origami_lab.errors import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK, InputError
 from origami_lab.experiment.folder import RunFolder
 from origami_lab.experiment.locate import locate
 from origami_lab.reporting.tables import COLUMNS, FAILED, INTEGERS, NO_DESIGN, Row, best_row, spreads
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from origami_lab.game.pattern import CreasePattern
-
-EXIT_OK, EXIT_FAILED, EXIT_INTERRUPTED = 0, 1, 130
 
 
 class Result:

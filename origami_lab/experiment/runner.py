@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import origami_lab
+from origami_lab.errors import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK
 from origami_lab.experiment.build import build_parts
 from origami_lab.experiment.folder import NO_ROOM, FolderError, RunFolder, failed_row
 from origami_lab.experiment.interrupts import Interrupts
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
 
     from origami_lab.objectives.targets import Target
 
-EXIT_OK, EXIT_FAILED, EXIT_INTERRUPTED = 0, 1, 130
 HURRIED_SECONDS = 3.0
 """How long the tracker may take when we are to leave at once."""
 LOST_TERMINAL = (OSError, SystemExit)
@@ -199,7 +199,7 @@ class _Record:
         """Record what an event says of a trial."""
         match event:
             case Progress():
-                _ = self.tracker  # it gets ready in its own thread while the trials run
+                _ = self.tracker  # its process gets ready while the trials run
             case Finished(seed, row):
                 self._end(seed, row)
             case Failed(seed, reason, traceback, trouble):

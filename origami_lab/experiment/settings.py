@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -14,13 +13,12 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from origami_lab.errors import InputError
+from origami_lab.experiment.machine import WORKER_BYTES, physical_memory, usable_cores
 from origami_lab.experiment.seeds import parse_seeds
 from origami_lab.objectives.mesh_reading import expanded
 
 LARGEST_BOARD = 201
 """Widest board, in points: wider ones cost memory without a use (the paper plays on 9 to 25)."""
-WORKER_BYTES = 250 * 2**20
-"""What a worker process takes besides the positions of its search."""
 POSITIONS = 8
 """Positions that a tree search begins with, and the scratch ones."""
 SYMMETRIES = ("none", "x", "y", "xy", "xyd")
@@ -203,7 +201,7 @@ def _workers(read: _Reader) -> int:
     """How many trials run at a time, as asked for: one a core, or a number."""
     if read.get("workers") != "auto":
         return read.integer("workers", 1, 10**9, "must be auto or a number of processes from 1")
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return usable_cores()
 
 
 def fit_workers(settings: Settings) -> Settings:
@@ -215,7 +213,7 @@ def fit_workers(settings: Settings) -> Settings:
         If a single one does not fit, or fewer than were asked for by their number.
     """
     game, trials = settings.game, len(settings.seeds)
-    memory, each = _memory(), WORKER_BYTES + POSITIONS * _state_bytes(game)
+    memory, each = physical_memory(), WORKER_BYTES + POSITIONS * _state_bytes(game)
     room = memory // each
     if room < 1:
         names = {"capacity": "capacity", "driving_angle_count": "driving_angle.count"}
@@ -233,14 +231,6 @@ def fit_workers(settings: Settings) -> Settings:
             f"must be at most {room}: each takes about {each / 2**30:.1f} GB of this machine's {memory / 2**30:.0f} GB",
         )
     return replace(settings, workers=min(settings.workers, room))
-
-
-def _memory() -> int:
-    """Bytes of physical memory; a terabyte where the system does not tell."""
-    try:
-        return int(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
-    except (AttributeError, OSError, ValueError):
-        return 2**40
 
 
 def _state_bytes(game: Node) -> int:

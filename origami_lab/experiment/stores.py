@@ -88,18 +88,23 @@ def absolute_uri(uri: str) -> str:
     return uri if file is None or file.is_absolute() else uri.replace(str(file), str(file.absolute()), 1)
 
 
+def without_password(uri: str) -> str:
+    """The same address, for people."""
+    return re.sub(r"//[^/@]*@", "//", uri)
+
+
 def shown(uri: str) -> str:
     """What to call a store in a message; without passwords."""
     if (file := sqlite_file(uri)) is not None:
         inside = file.is_relative_to(Path.cwd())
         return f"the store {file.relative_to(Path.cwd()) if inside else file}"
-    return ("the server " if uri.startswith(SERVERS) else "the store ") + re.sub(r"//[^/@]*@", "//", uri)
+    return ("the server " if uri.startswith(SERVERS) else "the store ") + without_password(uri)
 
 
 def how_to_look(uri: str) -> str:
     """What opens a store: a command, or the address of a server."""
     if uri.startswith(SERVERS):
-        return re.sub(r"//[^/@]*@", "//", uri)
+        return without_password(uri)
     return "origami-lab dashboard" if uri == default_uri() else f"origami-lab dashboard --uri {shlex.quote(uri)}"
 
 
@@ -151,7 +156,7 @@ def probe(uri: str) -> None:
         file = sqlite_file(uri)
         if uri.startswith(SERVERS):
             try:
-                request = Request(re.sub(r"//[^/@]*@", "//", uri).rstrip("/") + "/health")
+                request = Request(without_password(uri).rstrip("/") + "/health")
                 urlopen(request, timeout=ANSWER_SECONDS).close()
             except HTTPError as error:  # 404 and the like: it lives, and mlflow will say more
                 if error.code >= 500:

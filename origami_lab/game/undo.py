@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from origami_lab.game.masks import tail
 from origami_lab.game.play import Actions, play_action, settle
 from origami_lab.game.state import SCALARS, SELECTION, THIRD, Record, States, board_points, copy_scalars
-from origami_lab.jit import kernel
+from origami_lab.jit import inlined, kernel
 
 Notes = NDArray[np.void]
 """Array of notes: element d holds what the action played at depth d overwrote."""
@@ -37,6 +37,18 @@ def note_dtype(angles: int = 10) -> np.dtype[np.void]:
     return np.dtype((np.record, np.dtype(fields, align=True)))
 
 
+@inlined
+def copy_row(target: Record, i: int, source: Record, v: int, reach: int) -> None:
+    """Copy what an action may overwrite of one row, between a state and a note."""
+    target.prev[i], target.next[i] = source.prev[v], source.next[v]
+    target.first[i], target.last[i] = source.first[v], source.last[v]
+    target.modes[i], target.locked[i] = source.modes[v], source.locked[v]
+    for k in range(reach):
+        for j in range(6):
+            target.frame_prev[i, k, j] = source.frame_prev[v, k, j]
+            target.frame_next[i, k, j] = source.frame_next[v, k, j]
+
+
 @kernel
 def write_note(s: Record, r: Record, action: int, note: Record) -> None:
     """Note what playing a legal action will overwrite."""
@@ -51,13 +63,7 @@ def write_note(s: Record, r: Record, action: int, note: Record) -> None:
         note.rows[0], note.rows[1] = s.head, tail(s)
         note.n_rows = 2
     for i in range(note.n_rows):
-        v = note.rows[i]
-        note.prev[i], note.next[i], note.first[i], note.last[i] = s.prev[v], s.next[v], s.first[v], s.last[v]
-        note.modes[i], note.locked[i] = s.modes[v], s.locked[v]
-        for k in range(s.reach):
-            for j in range(6):
-                note.frame_prev[i, k, j] = s.frame_prev[v, k, j]
-                note.frame_next[i, k, j] = s.frame_next[v, k, j]
+        copy_row(note, i, s, note.rows[i], note.reach)
 
 
 @kernel
@@ -65,13 +71,7 @@ def restore(s: Record, note: Record) -> None:
     """Bring a state back to where the note was written."""
     copy_scalars(s, note)
     for i in range(note.n_rows):
-        v = note.rows[i]
-        s.prev[v], s.next[v], s.first[v], s.last[v] = note.prev[i], note.next[i], note.first[i], note.last[i]
-        s.modes[v], s.locked[v] = note.modes[i], note.locked[i]
-        for k in range(note.reach):
-            for j in range(6):
-                s.frame_prev[v, k, j] = note.frame_prev[i, k, j]
-                s.frame_next[v, k, j] = note.frame_next[i, k, j]
+        copy_row(s, note.rows[i], note, i, note.reach)
 
 
 @kernel

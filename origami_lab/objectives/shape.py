@@ -107,9 +107,7 @@ class ShapeEvaluator:
 
     def __init__(self, objective: ShapeObjective, game: Game) -> None:
         self._objective, self._rules = objective, game.rules
-        group = game.symmetry
-        # the mirrors that bound the playable area generate the group
-        symmetric = all(objective.target.is_symmetric(m) for m in group.matrices[group.mirrors])
+        symmetric = objective.target.has_symmetry(game.symmetry)
         self.compiled_bound = Surface(objective.target.bvh, bool(objective.target.closed), not symmetric)
         self._dtype = memo_dtype(len(game.angles))
         self._first = game.first_angle

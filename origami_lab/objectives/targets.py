@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from origami_lab.errors import InputError
 from origami_lab.geometry.bvh import Bvh, build_bvh, distances
+from origami_lab.geometry.groups import SymmetryGroup
 from origami_lab.geometry.sampling import areas, covering_points, sample_triangles
 from origami_lab.objectives.mesh_file import load_mesh
 
@@ -101,6 +102,10 @@ class Target:
         if count < 1 or seed < 0:
             raise InputError("count, seed", (count, seed), "must be at least 1 and at least 0")
         return sample_triangles(self.triangles, count, np.random.default_rng(seed))
+
+    def has_symmetry(self, group: SymmetryGroup) -> bool:
+        """Whether the surface maps to itself under a whole group: the mirrors that bound its domain generate it."""
+        return all(self.is_symmetric(matrix) for matrix in group.matrices[group.mirrors])
 
     def is_symmetric(self, matrix: ArrayLike) -> bool:
         """Whether the surface maps to itself, within 1e-9 of its size, under ``matrix`` acting on (x, y).

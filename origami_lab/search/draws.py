@@ -37,15 +37,6 @@ class Draws:
         """Mark numbers of the block as used."""
         self.used += count
 
-    def sample(self, actions: Actions, count: int) -> Actions:
-        """Up to ``count`` of the actions in random order, each at most once."""
-        count = min(count, len(actions))
-        self.reserve(count)
-        chosen = np.empty(count, dtype=np.int32)
-        sample_distinct(actions, self.block, self.used, chosen)
-        self.used += count
-        return chosen
-
 
 @kernel
 def sample_distinct(pool: Actions, draws: NDArray[np.float64], start: int, chosen: Actions) -> None:

@@ -4,14 +4,43 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from origami_lab.cli import main
+from origami_lab.experiment.settings import Settings
 
 SMALL = ("target=pyramid", "search=rdm", "budget=400", "verbosity=quiet")
 """A run of seconds: most of them importing and drawing."""
+
+
+def bare_settings(**changes: Any) -> Settings:
+    """Settings of a run whose trials nobody plays."""
+    nothing: dict[str, Any] = {}
+    plain = Settings(
+        task="pyramid",
+        method="rdm",
+        game=nothing,
+        start=nothing,
+        target=None,
+        objective=nothing,
+        search=nothing,
+        tracking=nothing,
+        seeds=(0,),
+        seeds_given=True,
+        budget=10,
+        certify=True,
+        workers=1,
+        objective_seconds=None,
+        output=None,
+        resume=False,
+        verbosity="quiet",
+        config={"budget": 10, "seed": 0},
+    )
+    return replace(plain, **changes)
 
 
 @contextmanager

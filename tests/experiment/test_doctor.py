@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from origami_lab.cli import main
-from origami_lab.experiment import doctor
+from origami_lab.experiment import doctor, machine
 from origami_lab.experiment.doctor import NOTE, OK, PROBLEM, examine
 
 ROOT = Path(__file__).parents[2]
@@ -143,7 +143,7 @@ def test_a_containers_processor_limit_is_seen(
     for name, text in files.items():
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text + "\n")
-    monkeypatch.setattr(doctor, "CGROUP", tmp_path)
+    monkeypatch.setattr(machine, "CGROUP", tmp_path)
     status, text = one("cores", tmp_path)
     assert status == NOTE
     assert "limited to the time of 0.5; best is workers=1" in text
@@ -153,7 +153,7 @@ def test_a_containers_memory_limit_is_seen(tmp_path: Path, monkeypatch: pytest.M
     (tmp_path / "memory.max").write_text(f"{300 * 2**20}\n")
     (tmp_path / "memory.current").write_text(f"{100 * 2**20}\n")
     (tmp_path / "cpu.max").write_text("max 100000\n")
-    monkeypatch.setattr(doctor, "CGROUP", tmp_path)
+    monkeypatch.setattr(machine, "CGROUP", tmp_path)
     status, text = one("memory", tmp_path)
     assert status == NOTE
     assert text.startswith("200 MB free of 300 MB: enough for 0 trials")

@@ -6,7 +6,6 @@ import json
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +14,7 @@ import trimesh
 from origami_lab.errors import InputError
 from origami_lab.experiment.folder import RunFolder, failed_row, flatten, ply_bytes, write_atomically
 from origami_lab.experiment.settings import Settings
+from tests.experiment.conftest import bare_settings
 
 NOW = datetime(2026, 1, 2, 3, 4, 5)
 
@@ -27,27 +27,7 @@ def opened(settings: Settings) -> RunFolder:
 
 @pytest.fixture
 def settings() -> Settings:
-    nothing: dict[str, Any] = {}
-    return Settings(
-        task="pyramid",
-        method="rdm",
-        game=nothing,
-        start=nothing,
-        target=None,
-        objective=nothing,
-        search=nothing,
-        tracking=nothing,
-        seeds=(0,),
-        seeds_given=True,
-        budget=10,
-        certify=True,
-        workers=1,
-        objective_seconds=None,
-        output=None,
-        resume=False,
-        verbosity="quiet",
-        config={"budget": 10, "seed": 0, "search": {"children": 3}},
-    )
+    return bare_settings(config={"budget": 10, "seed": 0, "search": {"children": 3}})
 
 
 def test_default_place_is_unique_in_the_same_second(

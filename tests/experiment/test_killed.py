@@ -16,6 +16,7 @@ import pytest
 from origami_lab.errors import InputError
 from origami_lab.experiment.folder import RunFolder
 from origami_lab.experiment.settings import Settings
+from tests.experiment.conftest import bare_settings
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="kills forked processes")
 
@@ -25,27 +26,7 @@ CONFIG = {"budget": 10, "seed": "0..1"}
 
 
 def settings_for(output: Path) -> Settings:
-    nothing: dict[str, Any] = {}
-    return Settings(
-        task="pyramid",
-        method="rdm",
-        game=nothing,
-        start=nothing,
-        target=None,
-        objective=nothing,
-        search=nothing,
-        tracking=nothing,
-        seeds=SEEDS,
-        seeds_given=True,
-        budget=10,
-        certify=True,
-        workers=1,
-        objective_seconds=None,
-        output=output,
-        resume=True,
-        verbosity="quiet",
-        config=CONFIG,
-    )
+    return bare_settings(seeds=SEEDS, output=output, resume=True, config=CONFIG)
 
 
 def write_trial(folder: RunFolder, seed: int, status: str) -> None:

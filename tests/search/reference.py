@@ -29,7 +29,7 @@ class ReferenceTreeSearch:
         if depth + 2 > len(positions):
             problem.grow(positions)
         tried: list[tuple[float, int]] = []
-        for action in draws.sample(legal, self.children).tolist():
+        for action in self._sample(draws, legal):
             if problem.done or own[depth] <= problem.best_value:
                 return
             below, complete = problem.branch(positions, depth + 1, depth, action)
@@ -51,6 +51,19 @@ class ReferenceTreeSearch:
                 return
             below, _ = problem.branch(positions, depth + 1, depth, action, count=False)
             self._below(problem, draws, positions, own, min(bound, own[depth]), below)
+
+    def _sample(self, draws: Draws, legal: Actions) -> list[int]:
+        """Up to ``children`` legal actions, without replacement, each with one number of the stream."""
+        pool = legal.tolist()
+        chosen = []
+        for _ in range(min(self.children, len(pool))):
+            draws.reserve(1)
+            i = int(draws.block[draws.used] * len(pool))
+            draws.use(1)
+            chosen.append(pool[i])
+            pool[i] = pool[-1]
+            pool.pop()
+        return chosen
 
     def _below(
         self, problem: Problem, draws: Draws, positions: Positions, own: list[float], bound: float, legal: Actions
