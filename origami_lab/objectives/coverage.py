@@ -216,8 +216,9 @@ def vertex_distance(
         if k < 0:
             break
         tried[k] = True
-        penalty = memo.penalty[k]
-        d = uncovered(samples, build_bvh(folded_triangles(s, r, k)), memo.stray[k], best - penalty, hint) + penalty
-        if d < best:
-            best, angle = d, k
+        # compared without the penalty first: adding it again may round a refused distance below the best
+        limit = best - memo.penalty[k]
+        d = uncovered(samples, build_bvh(folded_triangles(s, r, k)), memo.stray[k], limit, hint)
+        if d < limit and d + memo.penalty[k] < best:
+            best, angle = d + memo.penalty[k], k
     return (best, angle) if angle >= 0 else (np.inf, -1)

@@ -5,7 +5,6 @@ Each function takes a sheet and the index of an angle. Nothing here knows repres
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 import numpy as np
@@ -13,7 +12,6 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from origami_lab.game.folded import FoldedSheet
-from origami_lab.objectives.base import Score
 
 Floats = NDArray[np.float64]
 AtAngle = Callable[[FoldedSheet, int], float]
@@ -36,17 +34,16 @@ def planes(sheet: FoldedSheet, k: int) -> tuple[Floats, Floats, Floats]:
     return normals, (normals * a).sum(axis=1), lengths / 2
 
 
-def shelf(sheet: FoldedSheet, k: int) -> float:
+def shelf(sheet: FoldedSheet, k: int, levels: int = 3, gap: float = 0.5) -> float:
     normals, distances, areas = planes(sheet, k)
     count, sets = connected_components(np.abs(normals @ normals.T) > 0.99999)
     best = 0.0
     for number in range(count):
         members = np.flatnonzero(sets == number)
         offsets = distances[members] * np.sign(normals[members] @ normals[members[0]])
-        apart = np.abs(offsets[:, None] - offsets[None]) < 0.5
-        n_levels, levels = connected_components(apart)
-        if n_levels >= 3:
-            best = max(best, min(areas[members[levels == level]].sum() for level in range(n_levels)))
+        found, level = connected_components(np.abs(offsets[:, None] - offsets[None]) < gap)
+        if found >= levels:
+            best = max(best, min(areas[members[level == i]].sum() for i in range(found)))
     return float(best)
 
 
@@ -57,10 +54,7 @@ def table(sheet: FoldedSheet, k: int) -> float:
 
 
 def chair(sheet: FoldedSheet, k: int) -> float:
-    return _chair(sheet, k, float(sheet.rules["half"][0]) * -2)
-
-
-def _chair(sheet: FoldedSheet, k: int, r_min: float) -> float:
+    r_min = -2.0 * float(sheet.rules["half"][0])
     x, y, z = sheet.points[k].T
     cost = np.abs(z + 4) + np.abs(np.abs(y) - 2.1)
     third = np.sort(z)[2]
@@ -96,9 +90,3 @@ REFERENCES: dict[str, AtAngle] = {
     "chair": chair,
     "packaging": packaging,
 }
-
-
-def best(reference: AtAngle, sheet: FoldedSheet, compactness: float = 0.0, first: int = 0) -> Score:
-    """The best of the usable angles, the smallest among equals."""
-    values = [reference(sheet, k) - compactness * farthest(sheet, k) for k in range(first, sheet.reach)]
-    return Score(max(values), first + int(np.argmax(values))) if values else Score(-math.inf, -1)
