@@ -17,7 +17,7 @@ def hand_made(
     flat: Sequence[Sequence[int]] | NDArray[np.int64],
     folded: Sequence[Sequence[float]] | NDArray[np.float64],
     triangles: Sequence[Sequence[int]] | NDArray[np.int64],
-    extended: Sequence[int] = (),
+    extended: Sequence[int] | NDArray[np.int64] = (),
 ) -> States:
     """A state of a game without symmetry: (V, 2) board points, (V, 3) or (K, V, 3) their folded places, triangles."""
     assert game.symmetry.order == 1
@@ -30,7 +30,7 @@ def hand_made(
     s["position"][: len(flat)] = points.transpose(1, 0, 2)
     s["corners"][: len(triangles)] = 8 * np.asarray(triangles)
     s["images"][: len(triangles)] = SINGLE
-    s["modes"][list(extended)] = 1
+    s["modes"][np.asarray(extended, dtype=int)] = 1
     return states
 
 
@@ -46,7 +46,7 @@ def shuffled(game: Game, states: States, plain: Game, rng: np.random.Generator, 
     points = np.zeros((len(game.angles), len(order), 3))
     points[: sheet.reach] = sheet.points[:, order] @ move.T
     triangles = number[rng.permutation(sheet.triangles)]
-    out = hand_made(plain, sheet.flat[order], points, triangles, np.flatnonzero(sheet.modes[order]).tolist())
+    out = hand_made(plain, sheet.flat[order], points, triangles, np.flatnonzero(sheet.modes[order]))
     out["reach"] = sheet.reach
     return out
 
