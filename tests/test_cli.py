@@ -17,7 +17,7 @@ REFUSED: list[tuple[list[str], str, str]] = [
     (["target=bowll"], "target=bowll:", "must be one of bowl, cube, mesh, none, pyramid; did you mean bowl?"),
     ([], "target=none:", "target=bowl"),
     ([BOWL, "search=bfs"], "search=bfs:", "bfts, dfts, rdm"),
-    ([BOWL, "objective=bucket"], "objective=bucket:", "shape"),
+    ([BOWL, "objective=buckets"], "objective=buckets:", "did you mean bucket?"),
     ([BOWL, "symmetry=z"], "symmetry=z:", "none, x, xy, xyd, y"),
     ([BOWL, "start=circle"], "start=circle:", "crease, square"),
     ([BOWL, "tracking=wandb"], "tracking=wandb:", "mlflow, none"),

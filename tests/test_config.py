@@ -60,7 +60,7 @@ def test_every_option_becomes_objects(group: str, option: str, mesh: Path) -> No
         overrides.append(f"target.path={mesh}")
     if option == "crease":
         overrides.append("symmetry=y")
-    if (group, option) == ("target", "none"):  # the only objective there is needs one
+    if (group, option) == ("target", "none"):  # the default objective needs one
         with pytest.raises(InputError, match="target=none"):
             settings(*overrides)
         return
@@ -91,6 +91,29 @@ def test_a_target_brings_its_row(target: str, mesh: Path) -> None:
     assert found.game["source_action"] is sources
     task = "part" if target == "mesh" else target  # meshes are told apart by their files
     assert (found.task, found.method, found.budget) == (task, "bfts", 500_000)
+
+
+OBJECTIVE_ROWS: dict[str, tuple[int, Any, str]] = {
+    "bucket": (13, "choose", "xyd"),
+    "shelf": (13, "choose", "xy"),
+    "table": (13, "choose", "xyd"),
+    "chair": (13, 2, "y"),
+    "packaging": (13, 2, "xyd"),
+}
+
+
+@pytest.mark.parametrize("objective", OBJECTIVE_ROWS)
+def test_an_objective_without_a_target_brings_its_row(objective: str) -> None:
+    found = settings(f"objective={objective}")
+    assert found.task == objective
+    assert found.target is None
+    assert (found.game["board_size"], found.start["size"], found.game["symmetry"]) == OBJECTIVE_ROWS[objective]
+    assert found.start["_target_"].endswith(".Square")
+    assert found.game["max_crease_length"] is None
+    assert found.game["source_action"] is False
+    # every key of the file is an argument, and the command line wins
+    built = build_parts(settings(f"objective={objective}", "objective.compactness=0.5", "board=9x9", "symmetry=y"))
+    assert (built.objective.compactness, built.game.board_size, built.target) == (0.5, 9, None)
 
 
 @pytest.mark.parametrize(

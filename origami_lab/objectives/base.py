@@ -141,6 +141,13 @@ def bind(objective: Any, game: Game) -> Evaluator:
     raise InputError("objective", type(objective).__name__, "must have a method score(sheet) that returns a number")
 
 
+def checked_number(name: str, value: Any, low: float) -> float:
+    """A finite argument of an objective, not below ``low``; raises InputError for ``objective.<name>``."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value < math.inf:
+        raise InputError(f"objective.{name}", value, f"must be a number, at least {low:g}")
+    return float(value)
+
+
 def report(objective: Any, game: Game, actions: tuple[int, ...], angle: int) -> dict[str, float]:
     """Further figures of a finished design; none from an objective that reports nothing."""
     if not callable(getattr(objective, "report", None)) or angle < 0:

@@ -6,7 +6,7 @@ monotone potential of the paper (section 3.6.1) and a true bound. d← (:func:`u
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,14 +14,15 @@ from numpy.typing import NDArray
 from origami_lab.game.collisions import place_corner
 from origami_lab.game.state import Record, States, has_image, image_code
 from origami_lab.geometry.bvh import Bvh, build_bvh, inside, nearest_squared
-from origami_lab.jit import kernel
+from origami_lab.jit import inlined, kernel
 
 Array = NDArray[np.float64]
 
 
 def memo_dtype(angles: int) -> np.dtype[np.void]:
-    """Notes for one state: how many vertices were measured, and d→ at each driving angle."""
-    return np.dtype([("measured", np.int64), ("stray", np.float64, (angles,))], align=True)
+    """Notes for one state: how many vertices were measured; at each driving angle d→ and the compactness penalty."""
+    fields: list[Any] = [("measured", np.int64), ("stray", np.float64, (angles,)), ("penalty", np.float64, (angles,))]
+    return np.dtype(fields, align=True)
 
 
 class Surface(NamedTuple):
@@ -35,30 +36,43 @@ class Surface(NamedTuple):
         Vertices inside the closed target do not stray.
     images
         Whether to measure all images of a vertex; not needed where the target has the game's symmetry.
+    compactness
+        Weight of the penalty on the vertex that is furthest from the board's centre, 0 for none.
     """
 
     bvh: Bvh
     solid: bool
     images: bool
+    compactness: float
+
+
+@inlined
+def distance_from_centre(s: Record, v: int, k: int) -> float:
+    """Distance of a vertex and its images from the board's centre, in space."""
+    x, y, z = s.position[v, k, 0], s.position[v, k, 1], s.position[v, k, 2]
+    return float(np.sqrt(x * x + y * y + z * z))
 
 
 @kernel
 def stray(s: Record, r: Record, memo: Record, target: Surface, enough: float) -> float:
-    """The smallest d→ over the usable reachable angles, from the vertices of a state.
+    """The smallest d→ + penalty over the usable reachable angles, from the vertices of a state.
 
-    Vertices that were measured before are not measured again. At an angle whose d→ has reached ``enough`` the rest is
+    Vertices that were measured before are not measured again. At an angle whose sum has reached ``enough`` the rest is
     not measured: the returned value is then at least ``enough``, too.
     """
     corner = np.empty((1, 3))
     first = r.min_reach - 1
     order = r.order if target.images else 1
     for v in range(memo.measured, s.n_vertices):
+        if target.compactness > 0.0:
+            for k in range(first, s.reach):
+                memo.penalty[k] = max(memo.penalty[k], target.compactness * distance_from_centre(s, v, k))
         for g in range(order):
             if g > 0 and not has_image(r, s.axis[v], g):
                 continue
             for k in range(first, s.reach):
                 so_far = memo.stray[k]
-                if so_far >= enough:
+                if so_far + memo.penalty[k] >= enough:
                     continue
                 place_corner(s, r, 8 * v + g, k, corner, 0)
                 x, y, z = corner[0, 0], corner[0, 1], corner[0, 2]
@@ -68,7 +82,7 @@ def stray(s: Record, r: Record, memo: Record, target: Surface, enough: float) ->
     memo.measured = s.n_vertices
     best = np.inf
     for k in range(first, s.reach):
-        best = min(best, memo.stray[k])
+        best = min(best, memo.stray[k] + memo.penalty[k])
     return best
 
 
@@ -184,7 +198,7 @@ def vertex_distance(
     enough: float,
     hint: NDArray[np.int64],
 ) -> tuple[float, int]:
-    """The smallest max(d→, d←) over the usable angles and its index, if below ``enough``; else (inf, −1).
+    """The smallest max(d→, d←) + penalty over the usable angles and its index, if below ``enough``; else (inf, −1).
 
     d→ must have been measured by :func:`stray` with the same ``enough``.
     """
@@ -195,14 +209,16 @@ def vertex_distance(
     tried = np.zeros(s.reach, np.bool_)
     for _ in range(r.min_reach - 1, s.reach):
         # the angle that strays least comes next
-        k = -1
+        k, least = -1, best
         for j in range(r.min_reach - 1, s.reach):
-            if not tried[j] and memo.stray[j] < best and (k < 0 or memo.stray[j] < memo.stray[k]):
-                k = j
+            if not tried[j] and memo.stray[j] + memo.penalty[j] < least:
+                k, least = j, memo.stray[j] + memo.penalty[j]
         if k < 0:
             break
         tried[k] = True
-        d = uncovered(samples, build_bvh(folded_triangles(s, r, k)), memo.stray[k], best, hint)
-        if d < best:
-            best, angle = d, k
+        # compared without the penalty first: adding it again may round a refused distance below the best
+        limit = best - memo.penalty[k]
+        d = uncovered(samples, build_bvh(folded_triangles(s, r, k)), memo.stray[k], limit, hint)
+        if d < limit and d + memo.penalty[k] < best:
+            best, angle = d + memo.penalty[k], k
     return (best, angle) if angle >= 0 else (np.inf, -1)

@@ -26,7 +26,7 @@ from origami_lab.game.state import States
 from origami_lab.geometry.bvh import Bvh, build_bvh
 from origami_lab.geometry.hausdorff import directed_distance
 from origami_lab.geometry.sampling import sample_triangles
-from origami_lab.objectives.base import NO_SCORE, Memos, Score
+from origami_lab.objectives.base import NO_SCORE, Memos, Score, checked_number
 from origami_lab.objectives.coverage import (
     Surface,
     folded_triangles_of,
@@ -57,6 +57,9 @@ class ShapeObjective:
         Number of samples for ``sampled``.
     sample_seed
         Seed of all sampling.
+    compactness
+        Weight of the penalty on the vertex that is furthest from the board's centre: what is lost for each board cell
+        of its distance in space. It can only get worse, so it is part of the bound.
     """
 
     def __init__(
@@ -66,6 +69,7 @@ class ShapeObjective:
         tolerance: float = 1e-3,
         samples: int = TARGET_SAMPLES,
         sample_seed: int = 0,
+        compactness: float = 0.0,
     ) -> None:
         if not isinstance(target, Target):
             raise InputError("target", target, "must be a target surface, such as target=bowl, for objective=shape")
@@ -78,6 +82,7 @@ class ShapeObjective:
                 raise InputError(f"objective.{name}", number, f"must be a whole number from {low} to {high}")
         self.target, self.distance = target, distance
         self.tolerance, self.samples, self.sample_seed = tolerance, samples, sample_seed
+        self.compactness = checked_number("compactness", compactness, 0)
 
     @cached_property
     def cover(self) -> Bvh:
@@ -96,7 +101,7 @@ class ShapeObjective:
         return ShapeEvaluator(self, game)
 
     def report(self, game: Game, actions: tuple[int, ...], angle: int) -> dict[str, float]:
-        """The return of a design at one driving angle under all three distances."""
+        """The return of a design at one driving angle under all three distances, without compactness."""
         states = game.replay(actions)
         evaluator = self.bind(game)
         return {f"return_{name}": -evaluator.measure(states, 0, angle, name) for name in get_args(Distance)}
@@ -108,7 +113,9 @@ class ShapeEvaluator:
     def __init__(self, objective: ShapeObjective, game: Game) -> None:
         self._objective, self._rules = objective, game.rules
         symmetric = objective.target.has_symmetry(game.symmetry)
-        self.compiled_bound = Surface(objective.target.bvh, bool(objective.target.closed), not symmetric)
+        self.compiled_bound = Surface(
+            objective.target.bvh, bool(objective.target.closed), not symmetric, objective.compactness
+        )
         self._dtype = memo_dtype(len(game.angles))
         self._first = game.first_angle
         self._cover = objective.cover if not symmetric else _playable_part(objective.cover, game)
@@ -121,7 +128,7 @@ class ShapeEvaluator:
         memos[i] = np.zeros((), dtype=self._dtype)
 
     def bound(self, states: States, memos: Memos, i: int, above: float = -math.inf) -> float:
-        """−min over the angles of d→ of the vertices: they never move once placed.
+        """−min over the angles of d→ of the vertices and the compactness penalty: they never move once placed.
 
         No distance is smaller: ``surface`` has more points that stray, and samples are farther than their surface.
         """
@@ -134,16 +141,19 @@ class ShapeEvaluator:
         if self._objective.distance == "vertex":
             value, angle = vertex_distance(states, i, self._rules, memos, self._cover, -above, self._hint)
             return Score(-value, angle)
-        return self._score_by_measuring(states, i, memos["stray"][i], above)
+        return self._score_by_measuring(states, i, memos["stray"][i], memos["penalty"][i], above)
 
-    def _score_by_measuring(self, states: States, i: int, at_least: NDArray[np.float64], above: float) -> Score:
+    def _score_by_measuring(
+        self, states: States, i: int, stray: NDArray[np.float64], penalty: NDArray[np.float64], above: float
+    ) -> Score:
         best, angle = -above, -1
+        at_least = stray + penalty
         reach = int(states["reach"][i])
         if int(states["n_triangles"][i]) == 0:
             return NO_SCORE
         for k in sorted(range(self._first, reach), key=lambda k: float(at_least[k])):
             if at_least[k] < best:
-                value = self.measure(states, i, k, self._objective.distance)
+                value = self.measure(states, i, k, self._objective.distance) + float(penalty[k])
                 if value < best:
                     best, angle = value, k
         return Score(-best, angle) if angle >= 0 else NO_SCORE
