@@ -70,7 +70,7 @@ def test_a_design_as_a_start_is_the_same_sheet(name: str) -> None:
 @pytest.mark.parametrize("name", GAMES)
 def test_play_goes_on_from_it_and_never_undoes_it(name: str) -> None:
     settings = GAMES[name]
-    game = Game(start=FromMoves(tuple(grown(settings, Square("choose"), 7, 2))), **settings)
+    game = Game(start=FromMoves(tuple(grown(settings, Square("choose"), 9, 2))), **settings)
     before, vertices = game.start_actions, positions(game)
     states, legal, rng = game.new_states(60), np.empty(game.max_legal, dtype=np.int32), np.random.default_rng(1)
     further = 0
@@ -202,7 +202,7 @@ def test_the_chairs_seeding_pattern() -> None:
 def test_the_largest_angle_of_the_pyramid(move: Move, exact: float) -> None:
     """Its flaps meet at acos(−1/3) = 109.47°; beyond, they would pass through each other."""
     start = FromMoves((Place(1, 1), move))
-    game = Game(9, "xy", start, driving_angle_fixed="start", driving_angle_count=7)
+    game = Game(9, "xy", start, driving_angle_fixed="start")
     assert game.driving_angle_fixed == pytest.approx(math.floor(10 * exact) / 10)
 
 
@@ -277,7 +277,7 @@ def test_a_path_to_nothing_is_one_line(path: Any, tmp_path: Path, monkeypatch: p
     ({"symmetry": "none"}, (), "symmetry", "must be y"),
     ({"board_size": 11}, (), "board.size", "at least 13"),
     ({"board_size": 5}, (), "start.path", "half-width"),
-    ({"capacity": 9}, (), "capacity", "larger"),
+    ({"capacity": 8}, (), "capacity", "larger"),
     ({"driving_angle_fixed": 100}, (), "driving_angle.fixed", "=start"),
     ({"driving_angle_max": 100, "driving_angle_count": 1}, (), "start.path", "first driving angle, 100 degrees"),
     ({}, ((9, 9),), "start.remove", "not a vertex"),
