@@ -14,12 +14,12 @@ from origami_lab.cli import main
 BOWL = "target=bowl"
 REFUSED: list[tuple[list[str], str, str]] = [
     # arguments, how the line begins, what else it says
-    (["target=bowll"], "target=bowll:", "must be one of bowl, cube, mesh, none, pyramid; did you mean bowl?"),
+    (["target=bowll"], "target=bowll:", "must be one of bowl, cube, face, mesh, none, pyramid; did you mean bowl?"),
     ([], "target=none:", "target=bowl"),
     ([BOWL, "search=bfs"], "search=bfs:", "bfts, dfts, rdm"),
     ([BOWL, "objective=buckets"], "objective=buckets:", "did you mean bucket?"),
     ([BOWL, "symmetry=z"], "symmetry=z:", "none, x, xy, xyd, y"),
-    ([BOWL, "start=circle"], "start=circle:", "crease, square"),
+    ([BOWL, "start=circle"], "start=circle:", "crease, file, square"),
     ([BOWL, "tracking=wandb"], "tracking=wandb:", "mlflow, none"),
     (["traget=bowl"], "traget=bowl:", "did you mean target?"),
     ([BOWL, "bugdet=3"], "bugdet=3:", "did you mean budget?"),

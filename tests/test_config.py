@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from omegaconf import DictConfig
 
 from origami_lab.errors import InputError
 from origami_lab.experiment.build import build_parts
-from origami_lab.experiment.configuration import CONFIG_NAME, config_dir
+from origami_lab.experiment.configuration import CONFIG_NAME, config_dir, with_escapes
 from origami_lab.experiment.folder import flatten
 from origami_lab.experiment.multirun import without_hydra
 from origami_lab.experiment.remarks import remarks
@@ -35,7 +36,7 @@ f 1 4 3
 
 def composed(*overrides: str) -> DictConfig:
     with initialize_config_dir(str(config_dir()), version_base="1.3"):
-        config = compose(CONFIG_NAME, list(overrides), return_hydra_config=True)
+        config = compose(CONFIG_NAME, with_escapes(overrides), return_hydra_config=True)
     HydraConfig.instance().set_config(config)
     return without_hydra(config)
 
@@ -58,8 +59,12 @@ def test_every_option_becomes_objects(group: str, option: str, mesh: Path) -> No
         overrides.append("target=cube")
     if option == "mesh":
         overrides.append(f"target.path={mesh}")
-    if option == "crease":
+    if option in ("crease", "centre_crease", "chair"):
         overrides.append("symmetry=y")
+    if option == "chair":
+        overrides.append("board=13x13")
+    if (group, option) == ("start", "file"):
+        overrides.append(f"start.path={_trial(mesh.parent)}")
     if (group, option) == ("target", "none"):  # the default objective needs one
         with pytest.raises(InputError, match="target=none"):
             settings(*overrides)
@@ -67,6 +72,37 @@ def test_every_option_becomes_objects(group: str, option: str, mesh: Path) -> No
     parts = build_parts(settings(*overrides))
     assert parts.target is not None
     assert callable(parts.searcher.search)
+
+
+def _trial(folder: Path) -> Path:
+    """The folder of a trial on the cube's board, with an equals sign in its name."""
+    game = {"symmetry": "xy", "start": {"_target_": "origami_lab.game.starts.Square", "size": 1}}
+    moves = [{"kind": "place", "value": 1, "sign": 1}]
+    (folder / "seed=0").mkdir(exist_ok=True)
+    (folder / "seed=0/actions.json").write_text(json.dumps({"game": game, "moves": moves}))
+    return folder / "seed=0"
+
+
+def test_a_start_pattern_is_found_from_another_folder(mesh: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    _trial(mesh.parent)
+    monkeypatch.chdir(mesh.parent)
+    found = settings("target=cube", "start=file", "start.path=seed=0", "driving_angle.fixed=start")
+    assert found.config["start"]["path"] == str(mesh.parent / "seed=0")
+    assert found.start["path"] == "seed=0"
+    assert build_parts(found).game.driving_angle_fixed == 179.9
+    assert settings("target=cube", "start=chair").config["start"]["path"] == "chair"
+    with pytest.raises(InputError, match=r"start\.path=.*must be given: start\.path="):
+        settings("target=cube", "start=file")
+    with pytest.raises(InputError, match=r"driving_angle\.fixed=begin: .*start or null"):
+        settings("target=cube", "driving_angle.fixed=begin")
+
+
+def test_the_face_brings_its_row() -> None:
+    found = settings("target=face")
+    assert dict(found.start) == {"_target_": "origami_lab.game.starts.Crease", "position": 0}
+    assert (found.game["board_size"], found.game["symmetry"], found.game["max_crease_length"]) == (25, "y", 2.9)
+    assert found.game["source_action"] is True
+    assert dict(settings("target=face", "start=square").start)["size"] == "choose"
 
 
 # the settings table of the design (paper, table of settings), as far as its targets are there

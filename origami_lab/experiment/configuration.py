@@ -95,6 +95,17 @@ def explain(
     return None
 
 
+def with_escapes(overrides: Sequence[str]) -> list[str]:
+    """Overrides as Hydra reads them, whose values may hold an equals sign as in start.path=run/seed=3."""
+    found = []
+    for override in overrides:
+        key, equals, value = override.partition("=")
+        if "=" in value and not any(character in value for character in "\"'\\[]{}()$,"):
+            value = value.replace("=", "\\=")
+        found.append(key + equals + value)
+    return found
+
+
 def groups() -> dict[str, Path]:
     """The groups of the configuration and their folders."""
     return {folder.name: folder for folder in sorted(config_dir().iterdir()) if folder.is_dir()}

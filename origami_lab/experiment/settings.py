@@ -15,6 +15,7 @@ from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 from origami_lab.errors import InputError
 from origami_lab.experiment.machine import WORKER_BYTES, physical_memory, usable_cores
 from origami_lab.experiment.seeds import parse_seeds
+from origami_lab.game.pattern_file import is_own_pattern
 from origami_lab.objectives.mesh_reading import expanded
 
 LARGEST_BOARD = 201
@@ -83,7 +84,9 @@ def read_settings(config: DictConfig) -> Settings:
         "source_action": read.flag("source_action"),
         "driving_angle_max": read.number("driving_angle.max", 0, 180, half_turn, required=True),
         "driving_angle_count": read.integer("driving_angle.count", 1, 100),
-        "driving_angle_fixed": read.number("driving_angle.fixed", 0, 180, half_turn + ", or null"),
+        "driving_angle_fixed": "start"
+        if read.get("driving_angle.fixed") == "start"
+        else read.number("driving_angle.fixed", 0, 180, half_turn + ", or be start or null"),
         "stuck": read.choice("stuck", ("score", "penalise")),
         "capacity": read.optional_integer("capacity", 8, 100_000),
     }
@@ -94,10 +97,10 @@ def read_settings(config: DictConfig) -> Settings:
     for key in ("children", "restarts"):
         if key in search and search["_target_"].startswith("origami_lab."):
             search[key] = read.integer(f"search.{key}", 1, 10**9)
+    values = _with_absolute_paths(values)
     target = values.get("target")
     if target is not None:
         target = read.part("target")
-        values = _with_absolute_path(values)
     elif "target" in objective:
         raise InputError(
             "target",
@@ -139,7 +142,9 @@ def _plain(config: DictConfig) -> dict[str, Any]:
         container = OmegaConf.to_container(config, resolve=True, throw_on_missing=True)
     except MissingMandatoryValue as error:
         key = str(error.full_key or "configuration")
-        hint = "must be given: target.path=part.stl" if key.endswith("target.path") else "must be given, has no default"
+        examples = {"target": "target.path=part.stl", "start": "start.path=results/bowl/bfts/TIME/seed=3"}
+        group = next((group for group in examples if key.endswith(f"{group}.path")), None)
+        hint = f"must be given: {examples[group]}" if group else "must be given, has no default"
         raise InputError(key, "(nothing)", hint) from error
     except OmegaConfBaseException as error:
         message = str(error).splitlines()[0]
@@ -148,18 +153,20 @@ def _plain(config: DictConfig) -> dict[str, Any]:
     return {str(key): value for key, value in container.items()}
 
 
-def _with_absolute_path(values: Node) -> dict[str, Any]:
-    """The configuration with a mesh that is found again when config.yaml is run from another folder."""
+def _with_absolute_paths(values: Node) -> dict[str, Any]:
+    """The configuration with files that are found again when config.yaml is run from another folder."""
 
-    def absolute(target: Any) -> Any:
-        path = target.get("path") if isinstance(target, Mapping) else None
-        # what a path is to a target of the user's own, it alone knows
-        ours = isinstance(target, Mapping) and str(target.get("_target_")).startswith("origami_lab.")
+    def absolute(part: Any) -> Any:
+        path = part.get("path") if isinstance(part, Mapping) else None
+        # what a path is to a part of the user's own, it alone knows
+        ours = isinstance(part, Mapping) and str(part.get("_target_")).startswith("origami_lab.")
         if not ours or not isinstance(path, str) or not path.strip():
-            return target
-        return {**target, "path": str(expanded(path).absolute())}
+            return part
+        return {**part, "path": str(expanded(path).absolute())}
 
-    found = {**values, "target": absolute(values["target"])}
+    found = {**values, "target": absolute(values.get("target"))}
+    if not is_own_pattern(values["start"].get("path")):
+        found["start"] = absolute(values["start"])
     if "target" in found["objective"]:  # the same one, resolved
         found["objective"] = {**found["objective"], "target": absolute(found["objective"]["target"])}
     return found

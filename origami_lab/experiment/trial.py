@@ -167,9 +167,14 @@ def _motion(parts: Parts, outcome: Outcome, design: CreasePattern) -> CreasePatt
 def _write_actions(path: Path, settings: Settings, parts: Parts, outcome: Outcome, row: dict[str, Any]) -> None:
     """The best design's actions and moves, and all that the game needs to replay them."""
     from origami_lab.game.moves import move_to_dict
+    from origami_lab.game.seeding import saved_start
 
     document = {
-        "game": {**settings.game, "start": settings.start},
+        "game": {
+            **settings.game,
+            "driving_angle_fixed": parts.game.driving_angle_fixed,
+            "start": saved_start(settings.start, parts.game),
+        },
         "seed": row["seed"],
         "return": row["return"],
         "angle": int(outcome.angle),

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.errors import InputError
-from origami_lab.game import play
+from origami_lab.game import play, translation
 from origami_lab.game.design import finished_design
 from origami_lab.game.folded import FoldedSheet
-from origami_lab.game.masks import NEXT, near_side, tail
-from origami_lab.game.moves import Extend, Move, Place, Source, Terminate
+from origami_lab.game.laying import cut_off, empty_board, largest_angle, lay, play_move
+from origami_lab.game.moves import Move
 from origami_lab.game.pattern import CreasePattern
 from origami_lab.game.starts import Square, Start
 from origami_lab.game.state import (
@@ -49,7 +49,7 @@ class Game:
     symmetry
         ``none``, ``x``, ``y``, ``xy`` or ``xyd`` (also the diagonals).
     start
-        Start pattern.
+        Start pattern: a square, a crease, or moves (:mod:`origami_lab.game.seeding`).
     max_crease_length
         In board cells; None for no limit. Start patterns are exempt.
     source_action
@@ -57,7 +57,8 @@ class Game:
     driving_angle_max, driving_angle_count
         Largest driving angle in degrees and how many equally spaced angles up to it decide.
     driving_angle_fixed
-        One driving angle in degrees instead; the motion up to it is still checked.
+        One driving angle in degrees instead; the motion up to it is still checked. ``"start"``: the largest one, in
+        tenths of a degree, that a start pattern made of moves admits.
     stuck
         ``score`` or ``penalise``: what an extension without a legal location left brings.
     capacity
@@ -76,7 +77,7 @@ class Game:
         source_action: bool = True,
         driving_angle_max: float = DEFAULT_MAX_ANGLE,
         driving_angle_count: int = 10,
-        driving_angle_fixed: float | None = None,
+        driving_angle_fixed: float | Literal["start"] | None = None,
         stuck: Literal["score", "penalise"] = "score",
         capacity: int | None = None,
         collisions: bool = True,
@@ -90,8 +91,13 @@ class Game:
         if max_crease_length is not None and not 1 <= max_crease_length < math.inf:
             raise InputError("max_crease_length", max_crease_length, "must be at least 1 (a board cell), or null")
         for name, angle in (("max", driving_angle_max), ("fixed", driving_angle_fixed)):
-            if angle is not None and not 0 < angle < 180:
-                raise InputError(f"driving_angle.{name}", angle, "must lie between 0 and 180 degrees, both excluded")
+            if isinstance(angle, str) and name == "fixed" and angle == "start":
+                continue
+            if angle is not None and (isinstance(angle, str) or not 0 < angle < 180):
+                expected = "must lie between 0 and 180 degrees, both excluded"
+                raise InputError(
+                    f"driving_angle.{name}", angle, expected + (", or be start" if name == "fixed" else "")
+                )
         if not 1 <= driving_angle_count <= 100:
             raise InputError("driving_angle.count", driving_angle_count, "must be a whole number from 1 to 100")
         if stuck not in ("score", "penalise"):
@@ -107,9 +113,6 @@ class Game:
         self.capacity = capacity if capacity is not None else DEFAULT_VERTICES
         self.start.check_symmetry(symmetry)
         placements = self.start.placements(self.half)
-        largest = math.radians(driving_angle_fixed if driving_angle_fixed is not None else driving_angle_max)
-        self.angles = largest * np.arange(1, driving_angle_count + 1) / driving_angle_count
-        self.angles.flags.writeable = False
         self.dtype = state_dtype(self.capacity, driving_angle_count)
         self.rules = np.zeros(1, dtype=rules_dtype(driving_angle_count))
         rules = self.rules[0]
@@ -124,17 +127,41 @@ class Game:
         rules["start_mirror"], rules["end_mirror"] = group.start_mirror, group.end_mirror
         rules["max_length_sq"] = math.inf if max_crease_length is None else max_crease_length**2 + 1e-9
         rules["sources"], rules["collisions"] = source_action, collisions
-        rules["min_reach"] = driving_angle_count if self.fixed else 1
         rules["start"], rules["first_placement"], rules["n_placements"] = (
             self.start.kind,
             placements.start,
             len(placements),
         )
-        rules["angles"] = self.angles
         self.points = board_size**2
         self.n_actions = 3 * self.points + 5 + 2 * len(placements)
         """Actions are integers below this."""
         self.max_legal = max(2 * self.points + 5, 2 * len(placements))
+        given = driving_angle_fixed if isinstance(driving_angle_fixed, int | float) else driving_angle_max
+        self._set_angles(given, driving_angle_count)
+        self.start_moves: tuple[Move, ...] = tuple(self.start.moves)
+        """The moves that lay the start pattern, before the first interaction; none where placing it is an action."""
+        if self.start.remove:
+            self.start_moves = cut_off(self, self.start_moves, self.start.remove)
+        if driving_angle_fixed == "start":
+            driving_angle_fixed = self._angle_of_start()
+            self._set_angles(driving_angle_fixed, driving_angle_count)
+        self.driving_angle_fixed: float | None = driving_angle_fixed
+        """Degrees, also where ``"start"`` was asked for."""
+        self._origin = lay(self, self.start_moves) if self.start_moves else empty_board(self)
+
+    def _set_angles(self, largest: float, count: int) -> None:
+        self.angles = math.radians(largest) * np.arange(1, count + 1) / count
+        self.angles.flags.writeable = False
+        self.rules["angles"], self.rules["min_reach"] = self.angles, count if self.fixed else 1
+
+    def _angle_of_start(self) -> float:
+        if not self.start_moves:
+            expected = "needs a start pattern with vertices that fold: start=chair or start=file start.path=DIR"
+            raise InputError("driving_angle.fixed", "start", expected)
+        angle = largest_angle(self, lay(self, self.start_moves, shortest_motion=True))
+        if angle == 0.0:
+            raise InputError("driving_angle.fixed", "start", "the start pattern does not fold by a tenth of a degree")
+        return angle
 
     # --- states ------------------------------------------------------------------------------------------------------
 
@@ -148,15 +175,24 @@ class Game:
         """Index of the first driving angle at which a design may be used (the last one if it is fixed)."""
         return len(self.angles) - 1 if self.fixed else 0
 
+    @property
+    def start_actions(self) -> tuple[int, ...]:
+        """The actions that lay :attr:`start_moves`. Every log begins with them; they are no interactions."""
+        return self.finished_actions(self._origin)
+
     def new_states(self, count: int = 1) -> States:
-        """An array of states with empty boards."""
+        """An array of states where episodes begin: with the start pattern of moves, else with empty boards."""
         states = np.empty(count, dtype=self.dtype)  # rows are written before they are read
-        play.clear_all(states)
+        play.copy_to_all(states, self._origin)
         return states
 
     def clear(self, states: States, i: int = 0) -> None:
-        """Empty the board."""
-        play.clear_state(states, i)
+        """Go back to where episodes begin."""
+        play.copy_to(states, i, self._origin, 0)
+
+    def bare_start(self) -> tuple[int, ...]:
+        """Actions that lead to a start pattern alone."""
+        return self.start_actions or (int(self.legal(self.new_states(1))[-1]),)
 
     def legal(self, states: States, i: int = 0) -> Actions:
         """The legal actions; an episode in progress that has none is marked as ended (stuck)."""
@@ -198,7 +234,7 @@ class Game:
     def replay(self, actions: Iterable[int]) -> States:
         """One state after the given actions, each checked. Raises ValueError on an illegal one."""
         states = self.new_states(1)
-        for number, action in enumerate(actions):
+        for number, action in enumerate(self._after_start(tuple(actions)), len(self.start_actions)):
             try:
                 self.play(states, int(action))
             except ValueError as error:
@@ -207,65 +243,28 @@ class Game:
 
     def replay_moves(self, moves: Iterable[Move]) -> States:
         """One state after the given moves, each checked. Raises ValueError on an illegal one."""
-        states = self.new_states(1)
-        for move in moves:
-            for action in self.encode(move, states):
-                try:
-                    self.play(states, action)
-                except ValueError:
-                    raise ValueError(f"{move} is not legal in this state") from None
+        states, moves = self.new_states(1), tuple(moves)
+        before = self.start_moves
+        if moves[: len(before)] != before:
+            raise ValueError("the moves do not begin with the game's start pattern")
+        for move in moves[len(before) :]:
+            play_move(self, move, states, self.rules)
         return states
 
     def encode(self, move: Move, states: States, i: int = 0) -> list[int]:
-        """The actions that make up a move in a state."""
-        points = self.points
-        if isinstance(move, Terminate):
-            return [3 * points]
-        if isinstance(move, Place):
-            option = move.value - int(self.rules["first_placement"][0])
-            return [3 * points + 5 + 2 * option + (move.sign > 0)]
-        if isinstance(move, Source):
-            return [3 * points + 1 + 2 * (move.end == "end") + (move.sign > 0)]
-        leaf = self._leaf(states, i, move.leaf)
-        select = self._point(move.leaf) + (points if move.mode > 0 else 0)
-        if int(states["axis"][i][leaf]) > 0:
-            near = move.b if near_side(states[i], self.rules[0], leaf) == NEXT else move.a
-            return [select, 2 * points + self._point(near), 2 * points + self._point(move.c)]
-        return [select, *(2 * points + self._point(p) for p in (move.a, move.b, move.c))]
+        """The actions that make up a move in a state; raises ValueError where they cannot be told."""
+        return translation.encode(self, move, states, i)
 
     def moves(self, actions: Sequence[int]) -> list[Move]:
         """The moves that legal actions make up; an incomplete extension at the end is left out."""
-        states = self.new_states(1)
-        out: list[Move] = []
-        for action in actions:
-            phase = int(states["phase"][0])
-            head_tail = self._ends(states) if phase == SELECTION else None
-            before = states.copy() if phase > SELECTION else states
-            n_before = int(states["n_extensions"][0])
-            self.play(states, int(action))
-            if phase == PLACEMENT:
-                option = int(action) - 3 * self.points - 5
-                out.append(Place(option // 2 + int(self.rules["first_placement"][0]), 1 if option % 2 else -1))
-            elif phase == SELECTION and action == 3 * self.points:
-                out.append(Terminate())
-            elif phase == SELECTION and action > 3 * self.points and head_tail is not None:
-                option = int(action) - 3 * self.points - 1
-                out.append(Source(head_tail[option // 2], ("start", "end")[option // 2], 1 if option % 2 else -1))
-            elif phase > SELECTION and (
-                int(states["n_extensions"][0]) > n_before or int(states["status"][0]) == NOT_FOLDABLE
-            ):
-                s = before[0]
-                x, y = (int(t) for t in s["xy"][s["selected"]])
-                out.append(
-                    Extend(
-                        (x, y),
-                        int(s["mode"]),
-                        (int(s["first_x"]), int(s["first_y"])),
-                        (int(s["second_x"]), int(s["second_y"])),
-                        self._at(int(action) - 2 * self.points),
-                    )
-                )
-        return out
+        rest = self._after_start(tuple(actions))
+        return [*self.start_moves, *translation.decode(self, rest, self.new_states(1))]
+
+    def _after_start(self, actions: tuple[int, ...]) -> tuple[int, ...]:
+        before = self.start_actions
+        if actions[: len(before)] != before:
+            raise ValueError("the actions do not begin with the game's start pattern")
+        return actions[len(before) :]
 
     def design(
         self, actions: Sequence[int], best_angle: int | None = None, metadata: Mapping[str, object] | None = None
@@ -326,24 +325,3 @@ class Game:
     ) -> CreasePattern:
         log = tuple(int(a) for a in actions)
         return finished_design(sheet, points, angles, best, log, MappingProxyType(dict(metadata or {})))
-
-    def _point(self, point: tuple[int, int]) -> int:
-        x, y = point
-        if max(abs(x), abs(y)) > self.half:
-            raise ValueError(f"point {point} is not on the board")
-        return (y + self.half) * self.board_size + x + self.half
-
-    def _at(self, index: int) -> tuple[int, int]:
-        return index % self.board_size - self.half, index // self.board_size - self.half
-
-    def _leaf(self, states: States, i: int, point: tuple[int, int]) -> int:
-        leaf = play.leaf_at(states[i], *point) if int(states["head"][i]) >= 0 else -1
-        if leaf < 0:
-            raise ValueError(f"{point} is not a leaf in the playable area")
-        return int(leaf)
-
-    def _ends(self, states: States) -> tuple[tuple[int, int], tuple[int, int]]:
-        s = states[0]
-        x, y = s["xy"][s["head"]]
-        u, v = s["xy"][tail(s)]
-        return (int(x), int(y)), (int(u), int(v))

@@ -133,9 +133,10 @@ def clear_state(states: States, i: int) -> None:
 
 
 @kernel
-def clear_all(states: States) -> None:
-    for i in range(states.shape[0]):
-        clear(states[i])
+def copy_to_all(targets: States, sources: States) -> None:
+    """Make all targets the first source."""
+    for i in range(targets.shape[0]):
+        copy_state(targets[i], sources[0])
 
 
 @kernel
@@ -190,7 +191,10 @@ def play_uniform(
 
 @kernel
 def replay_unchecked(states: States, i: int, rules: States, actions: Actions) -> int:
-    """Play known-legal actions from an empty board under any rules; returns how many angles stay reachable."""
+    """Play known-legal actions, the start pattern's among them, from an empty board under any rules.
+
+    Returns how many angles stay reachable.
+    """
     s, r = states[i], rules[0]
     clear(s)
     for action in actions:

@@ -3,15 +3,60 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 from origami_lab.errors import InputError
+from origami_lab.game.moves import Move, Point
 from origami_lab.game.state import CREASE, SQUARE
 
 CHOOSE = "choose"
 
 
+class Start(Protocol):
+    """What a game asks of its start pattern."""
+
+    @property
+    def kind(self) -> int:
+        """SQUARE or CREASE: what is placed first."""
+        ...
+
+    @property
+    def moves(self) -> tuple[Move, ...]:
+        """Moves played before the game begins, placement first; none if placement is an action of the game."""
+        ...
+
+    @property
+    def remove(self) -> tuple[Point, ...]:
+        """Vertices whose extensions are taken away again, with all that grew from them."""
+        ...
+
+    @property
+    def label(self) -> tuple[str, object]:
+        """The setting that it comes from, and its value, for messages."""
+        ...
+
+    def placements(self, half: int) -> range:
+        """The half-widths or heights that may be placed on a board from −half to half; raises InputError."""
+        ...
+
+    def check_symmetry(self, symmetry: str) -> None:
+        """Raises InputError where the pattern does not have the symmetry."""
+        ...
+
+
+class _Placed:
+    """A start pattern that the game's first action lays."""
+
+    moves: tuple[Move, ...] = ()
+    remove: tuple[Point, ...] = ()
+
+    @property
+    def label(self) -> tuple[str, object]:
+        return "start", self
+
+
 @dataclass(frozen=True)
-class Square:
+class Square(_Placed):
     """A square panel about the centre with a driven crease on each side.
 
     Parameters
@@ -40,7 +85,7 @@ class Square:
 
 
 @dataclass(frozen=True)
-class Crease:
+class Crease(_Placed):
     """A single driven crease from (−1, y) to (1, y); the panel above it stays in the plane z = 0.
 
     Parameters
@@ -73,6 +118,3 @@ class Crease:
                 "must be none or y with start=crease, whose crease lies along the x axis: add symmetry=y"
                 " (without it, the target's own is taken)",
             )
-
-
-Start = Square | Crease

@@ -81,11 +81,7 @@ def load_mesh(
         raise InputError("target.max_faces", max_faces, f"must be a whole number from 1 to {MOST_FACES}")
     if (isinstance(closed, float | int) and not isinstance(closed, bool)) or closed not in ("auto", True, False):
         raise InputError("target.closed", closed, "must be auto, true or false")
-    place: Array | None = None
-    if not isinstance(align_z, bool):
-        place = _numbers("target.align_z", align_z, 2, "true, false or a point [x,y] of the board")
-    elif align_z:
-        place = np.zeros(2)
+    place = alignment_point(align_z)
 
     vertices, faces = read_mesh(Path(path), max_faces)
     vertices, faces = _weld(vertices, faces)
@@ -98,7 +94,7 @@ def load_mesh(
         cells_per_unit *= factor
     vertices = vertices * scale + shift
     if place is not None:
-        vertices[:, 2] -= _height(vertices[faces], place, path)
+        vertices[:, 2] -= surface_height(vertices[faces], place, path)
 
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     size = float((high - low).max())
@@ -196,7 +192,14 @@ def _fit(vertices: Array, reach: float) -> tuple[Array, float]:
     return (vertices - base) * factor, factor
 
 
-def _height(triangles: Array, place: Array, path: object) -> float:
+def alignment_point(align_z: bool | Sequence[float]) -> Array | None:
+    """The point (x, y) that ``target.align_z`` names, the origin for true, None for false; raises InputError."""
+    if not isinstance(align_z, bool):
+        return _numbers("target.align_z", align_z, 2, "true, false or a point [x,y] of the board")
+    return np.zeros(2) if align_z else None
+
+
+def surface_height(triangles: Array, place: Array, path: object) -> float:
     """The largest z of the surface on the vertical line through ``place`` (x, y); touching an edge counts."""
     flat = triangles[:, :, :2] - place
     a, b, c = np.moveaxis(flat, 1, 0)

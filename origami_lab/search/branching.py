@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.game.play import settle
-from origami_lab.game.state import SELECTION, States, clear
+from origami_lab.game.state import SELECTION, States
 from origami_lab.game.undo import Notes, play_noted, restore
 from origami_lab.jit import kernel
 from origami_lab.objectives.base import Memos
@@ -84,7 +84,7 @@ def walk(
     draws, used
         Random numbers, and how many of them are used up.
     depth, how, given
-        Where the last call stopped, and how to go on: START from an empty board; CONTINUE; TAKE_BACK the child that
+        Where the last call stopped, and how to go on: START from the state as it is; CONTINUE; TAKE_BACK the child that
         ENDED; with the bound GIVEN for the child that was UNBOUNDED.
     best
         Bounds not above this are not worth entering.
@@ -104,7 +104,6 @@ def walk(
     width = children.shape[1]
     played = 0
     if how == START:
-        clear(s)
         n = settle(s, r, legal)
         depth = 0
         bounds[0, width] = np.inf

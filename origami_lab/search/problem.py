@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.game.game import Game
-from origami_lab.game.play import branch, clear_state, copy_to, legal_of, play_uniform, step
+from origami_lab.game.play import branch, copy_to, legal_of, play_uniform, step
 from origami_lab.game.state import RUNNING, States
 from origami_lab.objectives.base import Evaluator, Memos, Score, bind
 from origami_lab.search.certify import certified_reach
@@ -164,7 +164,7 @@ class Problem:
     # --- playing -----------------------------------------------------------------------------------------------------
 
     def new_positions(self, count: int) -> Positions:
-        """Positions with empty boards."""
+        """Positions where episodes begin."""
         return Positions(self.game.new_states(count), self.evaluator.new_memos(count))
 
     def grow(self, positions: Positions) -> None:
@@ -175,8 +175,8 @@ class Problem:
         positions.states, positions.memos = more.states, more.memos
 
     def clear(self, positions: Positions, i: int) -> Actions:
-        """Empty a board; returns the legal actions."""
-        clear_state(positions.states, i)
+        """Go back to where episodes begin; returns the legal actions."""
+        self.game.clear(positions.states, i)
         self.evaluator.clear(positions.memos, i)
         return self._legal[: legal_of(positions.states, i, self.game.rules, self._legal)]
 
@@ -271,8 +271,7 @@ class Problem:
             best = self.improvements[-1]
             value, angle, actions, to_best = best.value, best.angle, best.actions, best.interaction
         else:
-            start = self.game.new_states(1)
-            value, angle, actions, to_best = -math.inf, -1, (int(self.game.legal(start)[-1]),), 0
+            value, angle, actions, to_best = -math.inf, -1, self.game.bare_start(), 0
         return Outcome(
             value=value,
             angle=angle,

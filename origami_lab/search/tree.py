@@ -77,9 +77,10 @@ class _Tree:
         self.bounds = np.empty((_DEPTH, children + 1))
 
     def search(self, until: int) -> None:
-        """Search one tree from the empty board until so many interactions are played in all, or it is exhausted."""
+        """Search one tree from where episodes begin, until so many interactions are played or it is exhausted."""
         problem, draws, evaluator = self.problem, self.draws, self.problem.evaluator
         why, depth, how, given = EXHAUSTED, 0, START, 0.0
+        problem.game.clear(self.states, 0)
         evaluator.clear(self.memos, 0)
         while not problem.done and problem.interactions < until:
             if depth + 2 >= len(self.memos):
@@ -117,7 +118,8 @@ class _Tree:
         of the deepest node that still has a promise; the board is there.
         """
         problem, states = self.problem, self.states
-        actions = states["actions"][0][:depth].copy()
+        count = int(states["n_actions"][0])
+        actions = states["actions"][0][count - depth : count].copy()  # the start pattern's come before
         reach: list[int] = []
         top = depth
         while problem.trim(self._position(top), 0):
