@@ -200,8 +200,8 @@ def play_greedy(
 ) -> int:
     """Play on with the legal action of the highest value until the episode ends or ``limit`` actions are played.
 
-    The value of an action is ``values[slots[0, action]]``, or ``slots[1, action]`` while a leaf is extended in mode +1. Of
-    equal values the first legal action wins. Returns the number played.
+    The value of an action is ``values[slots[0, action]]``, or ``slots[1, action]`` while a leaf is extended in mode +1.
+    Of equal values the first legal action wins. Returns the number played.
     """
     s, r = states[i], rules[0]
     played = 0

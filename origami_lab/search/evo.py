@@ -1,8 +1,8 @@
 """EVO (paper, appendix A): a population of value vectors, each of which plays one episode greedily in its values.
 
 A value vector has 4d entries as in the paper, where d is the size of the playable area: the values of selecting each
-point in mode −1 and in mode +1, then those of each location while mode −1 and while mode +1 is extended. The actions that
-the paper's vector leaves out follow, one value each: terminate, the four sources, the placements.
+point in mode −1 and in mode +1, then those of each location while mode −1 and while mode +1 is extended. The actions
+that the paper's vector leaves out follow, one value each: terminate, the four sources, the placements.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ class EvolutionarySearch:
     """Selection and mutation of value vectors.
 
     A generation is evaluated in this order: the parents, mutated by ``sigma_1``; a copy of each, mutated by ``sigma_2``
-    once more; another, by ``sigma_3``; newcomers. An agent that plays the same actions as one before it in its generation
-    is worth −∞. The best become the parents of the next.
+    once more; another, by ``sigma_3``; newcomers. An agent that plays the same actions as one before it in its
+    generation is worth −∞. The best become the parents of the next.
 
     Parameters
     ----------

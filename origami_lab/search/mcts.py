@@ -73,8 +73,8 @@ class MonteCarloTreeSearch:
 class ReturnRange:
     """The returns that stand for −1 and 1.
 
-    At first those of shape approximation: the penalty r_min and 0. Once an episode scores outside of that, the lowest and
-    the highest score seen so far. A penalised episode counts as the lowest.
+    At first those of shape approximation: the penalty r_min and 0. Once an episode scores outside of that, the lowest
+    and the highest score seen so far. A penalised episode counts as the lowest.
     """
 
     def __init__(self, penalty: float) -> None:

@@ -150,6 +150,16 @@ def test_evaluation_finds_the_same_parents_as_scoring_everyone() -> None:
     assert (again[best] == full[best]).all()
 
 
+@pytest.mark.slow
+def test_it_finds_the_known_optimum_of_the_cube() -> None:
+    found = 0
+    for seed in (1, 2, 3):
+        problem = cube_problem(150_000)
+        EvolutionarySearch(population=256).search(problem, np.random.default_rng(seed))
+        found += problem.best_value > -0.0023
+    assert found >= 2
+
+
 @pytest.mark.parametrize(
     ("key", "value"),
     [
