@@ -129,12 +129,13 @@ def test_a_target_brings_its_row(target: str, mesh: Path) -> None:
     assert (found.task, found.method, found.budget) == (task, "bfts", 500_000)
 
 
-OBJECTIVE_ROWS: dict[str, tuple[int, Any, str]] = {
-    "bucket": (13, "choose", "xyd"),
-    "shelf": (13, "choose", "xy"),
-    "table": (13, "choose", "xyd"),
-    "chair": (13, 2, "y"),
-    "packaging": (13, 2, "xyd"),
+SQUARE, SEEDING = "origami_lab.game.starts.Square", "origami_lab.game.seeding.FromFile"
+OBJECTIVE_ROWS: dict[str, tuple[int, dict[str, Any], str, Any]] = {
+    "bucket": (13, {"_target_": SQUARE, "size": "choose"}, "xyd", None),
+    "shelf": (13, {"_target_": SQUARE, "size": "choose"}, "xy", None),
+    "table": (13, {"_target_": SQUARE, "size": "choose"}, "xyd", None),
+    "chair": (13, {"_target_": SEEDING, "path": "chair", "remove": []}, "y", "start"),
+    "packaging": (13, {"_target_": SQUARE, "size": 2}, "xyd", None),
 }
 
 
@@ -143,13 +144,13 @@ def test_an_objective_without_a_target_brings_its_row(objective: str) -> None:
     found = settings(f"objective={objective}")
     assert found.task == objective
     assert found.target is None
-    assert (found.game["board_size"], found.start["size"], found.game["symmetry"]) == OBJECTIVE_ROWS[objective]
-    assert found.start["_target_"].endswith(".Square")
+    row = found.game["board_size"], dict(found.start), found.game["symmetry"], found.game["driving_angle_fixed"]
+    assert row == OBJECTIVE_ROWS[objective]
     assert found.game["max_crease_length"] is None
     assert found.game["source_action"] is False
     # every key of the file is an argument, and the command line wins
-    built = build_parts(settings(f"objective={objective}", "objective.compactness=0.5", "board=9x9", "symmetry=y"))
-    assert (built.objective.compactness, built.game.board_size, built.target) == (0.5, 9, None)
+    built = build_parts(settings(f"objective={objective}", "objective.compactness=0.5", "board.size=15", "symmetry=y"))
+    assert (built.objective.compactness, built.game.board_size, built.target) == (0.5, 15, None)
 
 
 @pytest.mark.parametrize(

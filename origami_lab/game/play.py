@@ -190,6 +190,37 @@ def play_uniform(
 
 
 @kernel
+def play_greedy(
+    states: States,
+    i: int,
+    rules: States,
+    values: NDArray[np.float64],
+    slots: NDArray[np.int32],
+    limit: int,
+    legal: Actions,
+) -> int:
+    """Play on with the legal action of the highest value until the episode ends or ``limit`` actions are played.
+
+    The value of an action is ``values[slots[0, action]]``, or ``slots[1, action]`` while a leaf is extended in mode +1.
+    Of equal values the first legal action wins. Returns the number played.
+    """
+    s, r = states[i], rules[0]
+    played = 0
+    while played < limit:
+        n = settle(s, r, legal)
+        if n == 0:
+            break
+        row = 1 if s.phase > SELECTION and s.mode > 0 else 0
+        best = legal[0]
+        for action in legal[1:n]:
+            if values[slots[row, action]] > values[slots[row, best]]:
+                best = action
+        play_action(s, r, best)
+        played += 1
+    return played
+
+
+@kernel
 def replay_unchecked(states: States, i: int, rules: States, actions: Actions) -> int:
     """Play known-legal actions, the start pattern's among them, from an empty board under any rules.
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,14 +12,15 @@ from origami_lab.jit import kernel
 BLOCK = 4096
 
 Actions = NDArray[np.int32]
+Source = Callable[[int], NDArray[np.float64]]
 
 
 class Draws:
-    """A stream of uniform random numbers in [0, 1), reproducible from its generator."""
+    """A stream of random numbers, reproducible from its generator: uniform in [0, 1), or what ``source(n)`` draws."""
 
-    def __init__(self, rng: np.random.Generator) -> None:
-        self._rng = rng
-        self.block = rng.random(BLOCK)
+    def __init__(self, rng: np.random.Generator, source: Source | None = None) -> None:
+        self._source: Source = rng.random if source is None else source
+        self.block = self._source(BLOCK)
         self.used = 0
 
     @property
@@ -30,7 +33,7 @@ class Draws:
         """See to it that the block has ``count`` numbers left."""
         if len(self.block) - self.used < count:
             rest = self.block[self.used :]
-            self.block = np.concatenate([rest, self._rng.random(max(BLOCK, count))])
+            self.block = np.concatenate([rest, self._source(max(BLOCK, count))])
             self.used = 0
 
     def use(self, count: int) -> None:

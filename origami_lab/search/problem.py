@@ -221,7 +221,8 @@ class Problem:
     def finish(self, positions: Positions, i: int, *, above: float | None = None) -> float:
         """The return of an episode that has ended; a new best is checked, kept and reported.
 
-        Returns below ``above`` (by default the best return so far) may be given as −inf.
+        Returns not above ``above`` (by default the best return so far) may be given as −inf. A new best that the dense
+        check refuses gets the return of the part of its motion that is free, the penalty if there is none.
         """
         self.episodes += 1
         game, states = self.game, positions.states
@@ -230,7 +231,7 @@ class Problem:
         limit = self.best_value if above is None else above
         score = self.evaluator.score(states, positions.memos, i, limit)
         if score.angle >= 0 and score.value > self.best_value:
-            self._consider(positions, i, score)
+            return self._consider(positions, i, score, limit)
         return score.value
 
     def trim(self, positions: Positions, i: int) -> bool:
@@ -244,24 +245,25 @@ class Problem:
         positions.states["reach"][i] = certified
         return certified < reach
 
-    def _consider(self, positions: Positions, i: int, score: Score) -> None:
+    def _consider(self, positions: Positions, i: int, score: Score, limit: float) -> float:
         actions = self.game.finished_actions(positions.states, i)
         if self.certify:
             reach = certified_reach(self.game, actions, score.angle + 1, scratch=self._scratch.states)
             if reach <= score.angle:
                 self.rejected += 1
                 if reach <= self.game.first_angle:
-                    return
+                    return self.game.penalty
                 # the part of the motion that is free may still be an improvement
                 trial = self._scratch
                 copy_to(trial.states, 0, positions.states, i)
                 self.evaluator.clear(trial.memos, 0)
                 trial.states["reach"][0] = reach
-                score = self.evaluator.score(trial.states, trial.memos, 0, self.best_value)
+                score = self.evaluator.score(trial.states, trial.memos, 0, limit)
                 if score.angle < 0 or not score.value > self.best_value:
-                    return
+                    return score.value
         self.best_value = score.value
         self.improvements.append(Improvement(self.interactions, score.value, score.angle, actions))
+        return score.value
 
     # --- the result --------------------------------------------------------------------------------------------------
 

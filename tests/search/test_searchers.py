@@ -15,6 +15,8 @@ from origami_lab.objectives.base import bind
 from origami_lab.objectives.shape import ShapeObjective
 from origami_lab.objectives.targets import bowl, cube
 from origami_lab.search.certify import certified_reach
+from origami_lab.search.evo import EvolutionarySearch
+from origami_lab.search.mcts import MonteCarloTreeSearch
 from origami_lab.search.problem import Problem, Searcher
 from origami_lab.search.random import RandomSearch
 from origami_lab.search.tree import BreadthFirstSearch, DepthFirstSearch
@@ -23,6 +25,8 @@ SEARCHERS: dict[str, Callable[[], Searcher]] = {
     "rdm": RandomSearch,
     "dfts": lambda: DepthFirstSearch(restarts=4),
     "bfts": lambda: BreadthFirstSearch(restarts=4),
+    "evo": lambda: EvolutionarySearch(population=16),
+    "mcts": lambda: MonteCarloTreeSearch(simulations=20),
 }
 
 

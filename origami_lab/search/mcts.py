@@ -1,0 +1,192 @@
+"""MCTS (paper, appendix A): simulations from the position that is really played decide its next action.
+
+Every action that is played is an interaction: on the way down the tree, in the rollouts, and for real.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from origami_lab.game.play import step
+from origami_lab.search.checks import check_flag, check_number, check_whole
+from origami_lab.search.draws import Draws
+from origami_lab.search.mcts_tree import CUT, KNOWN, NODE, Nodes, back_up, plant, simulate
+from origami_lab.search.problem import Problem
+
+_NODES = 1 << 12
+"""Nodes that a tree has room for at first."""
+_MOST_NODES = 1 << 24
+"""A tree that has grown to this takes no more simulations (512 MB); play goes on with what it knows."""
+
+
+class MonteCarloTreeSearch:
+    """Monte Carlo tree search with PUCT and uniform rollouts.
+
+    An episode begins with an empty tree, which is kept from one real action to the next.
+
+    Parameters
+    ----------
+    simulations
+        Full episodes simulated for each real action.
+    exploration
+        c of PUCT.
+    epsilon, alpha
+        Priors are (1 − ε)·uniform + ε·Dir(α).
+    unvisited
+        Normalised return that is assumed of a child without visits, from −1 to 1; None for its parent's mean.
+    greedy
+        The real action is the most visited child. If false it is drawn with probabilities ∝ visits^temperature.
+    temperature
+        See ``greedy``.
+    """
+
+    def __init__(
+        self,
+        simulations: int = 100,
+        exploration: float = 1.0,
+        epsilon: float = 0.25,
+        alpha: float = 0.03,
+        unvisited: float | None = None,
+        greedy: bool = True,
+        temperature: float = 1.5,
+    ) -> None:
+        check_whole("simulations", simulations, 2, 100_000)
+        check_number("exploration", exploration, 0.0, 1e6)
+        check_number("epsilon", epsilon, 0.0, 1.0)
+        check_number("alpha", alpha, 1e-3, 1e6)
+        if unvisited is not None:
+            check_number("unvisited", unvisited, -1.0, 1.0)
+        check_flag("greedy", greedy)
+        check_number("temperature", temperature, 0.0, 1e3)
+        self.simulations, self.exploration, self.epsilon, self.alpha = simulations, exploration, epsilon, alpha
+        self.unvisited, self.greedy, self.temperature = unvisited, greedy, temperature
+
+    def search(self, problem: Problem, rng: np.random.Generator) -> None:
+        tree = Tree(problem, rng, self)
+        while not problem.done:
+            tree.play_episode()
+
+
+class ReturnRange:
+    """The returns that stand for −1 and 1.
+
+    At first those of shape approximation: the penalty r_min and 0. Once an episode scores outside of that, the lowest
+    and the highest score seen so far. A penalised episode counts as the lowest.
+    """
+
+    def __init__(self, penalty: float) -> None:
+        self.low, self.high = penalty, 0.0
+        self._lowest, self._highest, self._outside = math.inf, -math.inf, False
+
+    def see(self, value: float) -> None:
+        """Take note of the return of an episode that was not penalised."""
+        if math.isinf(value):
+            return
+        self._lowest, self._highest = min(self._lowest, value), max(self._highest, value)
+        self._outside = self._outside or not self.low <= value <= self.high
+        if self._outside:
+            self.low, self.high = self._lowest, self._highest
+
+    def clip(self, value: float) -> float:
+        """The return, not below the lowest: the penalty, and −inf for a worthless design, are the lowest."""
+        return min(max(value, self.low), self.high)
+
+
+class Tree:
+    """The tree of one episode after another, and the position at its root."""
+
+    def __init__(self, problem: Problem, rng: np.random.Generator, settings: MonteCarloTreeSearch) -> None:
+        game = problem.game
+        self.problem, self.settings, self.rng = problem, settings, rng
+        self.draws, self.noise = Draws(rng), Draws(rng, self._log_gammas)
+        self.returns = ReturnRange(game.penalty)
+        self.positions = problem.new_positions(2)  # the real one, and the one that simulations play in
+        self.longest = len(self.positions.states["actions"][0])
+        self.path = np.zeros(self.longest + 1, dtype=np.int32)
+        self.legal = np.empty(game.max_legal, dtype=np.int32)
+        self.nodes: Nodes = np.zeros(max(_NODES, 2 * game.max_legal), dtype=NODE)
+        self.size, self.root = 1, 0
+
+    def play_episode(self) -> None:
+        """Play one episode for real, from the empty board."""
+        problem, evaluator = self.problem, self.problem.evaluator
+        problem.clear(self.positions, 0)
+        plant(self.nodes)
+        self.size, self.root = 1, 0
+        while True:
+            for _ in range(self.settings.simulations):
+                if not self.simulate():
+                    return
+                if self.size >= _MOST_NODES:
+                    break
+            child = self.choose()
+            if child < 0 or problem.done:
+                return
+            problem.spend(1)
+            step(self.positions.states, 0, problem.game.rules, int(self.nodes["action"][child]), self.legal)
+            self.root = child
+            if int(self.nodes["count"][child]) == 0:
+                return  # the episode has ended, and was scored when it first did
+            # what does not change in the simulations from here on is measured once
+            evaluator.bound(self.positions.states, self.positions.memos, 0)
+
+    def simulate(self) -> bool:
+        """One simulation; False if the search ended it before it was finished."""
+        problem, settings, positions = self.problem, self.settings, self.positions
+        if problem.done:
+            return False
+        if self.size + len(self.legal) > len(self.nodes):
+            self.nodes = np.concatenate([self.nodes, np.zeros_like(self.nodes)])
+        self.draws.reserve(self.longest)
+        if settings.epsilon > 0:
+            self.noise.reserve(len(self.legal))
+        unvisited = math.nan if settings.unvisited is None else settings.unvisited
+        before = self.size
+        why, depth, self.size, self.draws.used, played = simulate(
+            *(positions.states, problem.game.rules, self.nodes, before, self.root),
+            *(settings.exploration, self.returns.low, self.returns.high, unvisited, settings.epsilon),
+            *(self.noise.block, self.noise.used, self.draws.block, self.draws.used),
+            *(self.path, self.legal, problem.remaining),
+        )
+        self.noise.use(self.size - before)
+        problem.spend(played)
+        if why == CUT:
+            return False
+        if why == KNOWN:
+            node = self.nodes[self.path[depth]]
+            problem.episodes += 1
+            value = float(node["total"]) / int(node["visits"])
+        else:
+            positions.memos[1] = positions.memos[0]
+            value = problem.finish(positions, 1, above=-math.inf)
+            if not problem.game.is_penalised(positions.states, 1):
+                self.returns.see(value)
+        back_up(self.nodes, self.path, depth, self.returns.clip(value))
+        return True
+
+    def choose(self) -> int:
+        """The child of the root to be played for real; −1 if there is none, or none was visited."""
+        first, count = int(self.nodes["first"][self.root]), int(self.nodes["count"][self.root])
+        if count <= 0:
+            return -1
+        visits = self.nodes["visits"][first : first + count]
+        most = int(visits.max())
+        if most == 0:
+            return -1
+        if self.settings.greedy:
+            return first + int(np.argmax(visits))
+        weights = np.where(visits > 0, (visits / most) ** self.settings.temperature, 0.0)
+        self.draws.reserve(1)
+        draw = self.draws.block[self.draws.used]
+        self.draws.use(1)
+        sums = np.cumsum(weights)
+        return first + int(np.searchsorted(sums, draw * sums[-1], side="right"))
+
+    def _log_gammas(self, count: int) -> NDArray[np.float64]:
+        """Logarithms of gamma variates of shape α: those themselves underflow where α is small."""
+        alpha = self.settings.alpha
+        uniform = 1.0 - self.rng.random(count)
+        return np.asarray(np.log(self.rng.standard_gamma(alpha + 1.0, count)) + np.log(uniform) / alpha)
