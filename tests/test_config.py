@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hydra import compose, initialize_config_dir
 from hydra.core.hydra_config import HydraConfig
@@ -14,14 +15,19 @@ from omegaconf import DictConfig
 
 from origami_lab.errors import InputError
 from origami_lab.experiment.build import build_parts
-from origami_lab.experiment.configuration import CONFIG_NAME, config_dir, with_escapes
+from origami_lab.experiment.configuration import CONFIG_NAME, config_dir, hydra_words
 from origami_lab.experiment.folder import flatten
 from origami_lab.experiment.multirun import without_hydra
 from origami_lab.experiment.remarks import remarks
 from origami_lab.experiment.settings import Settings, fit_workers, read_settings
 
 GROUPS = ("target", "objective", "board", "symmetry", "start", "search", "tracking", "experiment")
-OPTIONS = [(group, file.stem) for group in GROUPS for file in sorted((Path(config_dir()) / group).glob("*.yaml"))]
+OPTIONS = [
+    (group, file.relative_to(folder).with_suffix("").as_posix())
+    for group in GROUPS
+    for folder in [Path(config_dir()) / group]
+    for file in sorted(folder.rglob("*.yaml"))
+]
 TETRAHEDRON = """\
 v 0 0 0
 v 2 0 0
@@ -36,7 +42,7 @@ f 1 4 3
 
 def composed(*overrides: str) -> DictConfig:
     with initialize_config_dir(str(config_dir()), version_base="1.3"):
-        config = compose(CONFIG_NAME, with_escapes(overrides), return_hydra_config=True)
+        config = compose(CONFIG_NAME, hydra_words(overrides), return_hydra_config=True)
     HydraConfig.instance().set_config(config)
     return without_hydra(config)
 
@@ -151,6 +157,46 @@ def test_an_objective_without_a_target_brings_its_row(objective: str) -> None:
     # every key of the file is an argument, and the command line wins
     built = build_parts(settings(f"objective={objective}", "objective.compactness=0.5", "board.size=15", "symmetry=y"))
     assert (built.objective.compactness, built.game.board_size, built.target) == (0.5, 15, None)
+
+
+# the paper: settings, sections 4.2 and 4.3, appendix G (task, board, start, symmetry, crease length, sources)
+PAPER: dict[str, tuple[str, int, dict[str, Any], str, float | None, bool]] = {
+    "pyramid": ("pyramid", 9, {"_target_": SQUARE, "size": 1}, "xy", None, True),
+    "cube": ("cube", 9, {"_target_": SQUARE, "size": 1}, "xy", 2, True),
+    "bowl": ("bowl", 25, {"_target_": SQUARE, "size": "choose"}, "xyd", 2.9, True),
+    "face": ("face", 25, {"_target_": "origami_lab.game.starts.Crease", "position": 0}, "y", 2.9, True),
+    "bucket": ("bucket", 13, {"_target_": SQUARE, "size": "choose"}, "xyd", None, False),
+    "shelf": ("shelf", 13, {"_target_": SQUARE, "size": "choose"}, "xy", None, False),
+    "table": ("table", 13, {"_target_": SQUARE, "size": "choose"}, "xyd", None, False),
+    "chair": ("chair", 13, {"_target_": SEEDING, "path": "chair", "remove": []}, "y", None, False),
+    "bucket_xy": ("bucket", 13, {"_target_": SQUARE, "size": "choose"}, "xy", None, False),
+    "shelf_y": ("shelf", 9, {"_target_": SQUARE, "size": "choose"}, "y", None, False),
+    "table_xy": ("table", 13, {"_target_": SQUARE, "size": "choose"}, "xy", None, False),
+}
+
+
+@pytest.mark.parametrize("name", PAPER)
+def test_the_papers_experiments_have_its_settings(name: str) -> None:
+    what, board, start, symmetry, length, sources = PAPER[name]
+    found = settings(f"+experiment=paper/{name}", "search=dfts")
+    game = found.game
+    row = game["board_size"], dict(found.start), game["symmetry"], game["max_crease_length"], game["source_action"]
+    assert row == (board, start, symmetry, length, sources)
+    assert (found.task, found.method, found.budget, found.seeds) == (name, "dfts", 500_000, tuple(range(10)))
+    assert game["driving_angle_fixed"] == ("start" if what == "chair" else None)
+    assert (game["driving_angle_max"], game["driving_angle_count"]) == (pytest.approx(np.degrees(3.14)), 10)
+    assert what in (found.target or found.objective)["_target_"]
+    assert settings(f"experiment=paper/{name}").method == ("bfts" if found.target else "evo")
+
+
+def test_overlays_can_be_laid_over_each_other() -> None:
+    found = settings("+experiment=[paper/face,paper/as_published]")
+    assert (found.task, found.objective["distance"], found.game["stuck"]) == (
+        "face_as_published",
+        "sampled",
+        "penalise",
+    )
+    assert (found.certify, found.game["symmetry"]) == (False, "y")
 
 
 @pytest.mark.parametrize(

@@ -31,7 +31,7 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
     import hydra
 
     from origami_lab.experiment.composing import known_keys, working_directory_importable
-    from origami_lab.experiment.configuration import CONFIG_NAME, config_dir, explain, find_culprit, with_escapes
+    from origami_lab.experiment.configuration import CONFIG_NAME, config_dir, explain, find_culprit, hydra_words
     from origami_lab.experiment.multirun import RefusedJobs
 
     _check_flags(flags)
@@ -62,7 +62,7 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
         ):
             # Hydra's sweeper writes a multirun.yaml; with jobs in this process nobody needs it
             ours.append(f"hydra.sweep.dir={stack.enter_context(tempfile.TemporaryDirectory())}")
-        stack.enter_context(_as_hydra_sees_it([*ours, *with_escapes(overrides), *flags]))
+        stack.enter_context(_as_hydra_sees_it([*ours, *hydra_words(overrides), *flags]))
         stack.enter_context(working_directory_importable())
         try:
             hydra.main(config_path=str(config_dir()), config_name=CONFIG_NAME, version_base="1.3")(task)()
@@ -71,7 +71,7 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
         except RefusedJobs as refused:
             raise explain(refused.error, overrides, known_keys) or refused.error from None
         except Exception as error:
-            raise explain(error, overrides, known_keys) or find_culprit(with_escapes(overrides)) or error from None
+            raise explain(error, overrides, known_keys) or find_culprit(hydra_words(overrides)) or error from None
     if raised:
         raise raised[0]
     return max(codes, default=0)

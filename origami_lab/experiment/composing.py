@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from origami_lab.errors import InputError
-from origami_lab.experiment.configuration import CONFIG_NAME, config_dir, explain, find_culprit, groups, with_escapes
+from origami_lab.experiment.configuration import CONFIG_NAME, config_dir, explain, find_culprit, groups, hydra_words
 from origami_lab.experiment.settings import Settings, read_settings
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ def _composed(overrides: Sequence[str], own: Path | None) -> Iterator[DictConfig
             if own is not None:  # where --config-dir puts it
                 schema = SearchPathQuery(provider="schema")
                 places.prepend(provider="command-line", path=f"file://{own.absolute()}", anchor=schema)
-            config = ConfigLoaderImpl(places).load_configuration(CONFIG_NAME, with_escapes(overrides), RunMode.RUN)
+            config = ConfigLoaderImpl(places).load_configuration(CONFIG_NAME, hydra_words(overrides), RunMode.RUN)
             hydra.set_config(config)
             yield config
         finally:

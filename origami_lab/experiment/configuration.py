@@ -95,13 +95,18 @@ def explain(
     return None
 
 
-def with_escapes(overrides: Sequence[str]) -> list[str]:
-    """Overrides as Hydra reads them, whose values may hold an equals sign as in start.path=run/seed=3."""
+def hydra_words(overrides: Sequence[str]) -> list[str]:
+    """Overrides as Hydra reads them.
+
+    Values may hold an equals sign, as in start.path=run/seed=3. The group of overlays has a default, so that
+    experiment=NAME selects one, but +experiment=NAME is what Hydra's users type.
+    """
     found = []
     for override in overrides:
         key, equals, value = override.partition("=")
         if "=" in value and not any(character in value for character in "\"'\\[]{}()$,"):
             value = value.replace("=", "\\=")
+        key = "experiment" if key == "+experiment" else key
         found.append(key + equals + value)
     return found
 
@@ -159,16 +164,21 @@ def check_file(file: Path, known_keys: Iterable[str]) -> None:
 
 
 def _options(folder: Path) -> list[str]:
-    return sorted(file.stem for file in folder.glob("*.yaml"))
+    """The options of a group, in folders of folders too, as in experiment=paper/bowl."""
+    return sorted(file.relative_to(folder).with_suffix("").as_posix() for file in folder.rglob("*.yaml"))
 
 
 def _missing(error: MissingConfigException, arguments: Sequence[str]) -> InputError:
-    group, _, option = (error.missing_cfg_file or "configuration/?").rpartition("/")
+    path = error.missing_cfg_file or "configuration/?"
+    group, _, option = path.rpartition("/")
+    options = [name for name in error.options or [] if name]
+    if path.startswith("experiment/"):  # its options lie in folders
+        group, _, option = path.partition("/")
+        options = sorted({*options, *_options(groups()[group])})
     for argument in arguments:
         if argument.startswith("target=") and _MESH_FILE.fullmatch(argument):
             value = argument.partition("=")[2]
             return InputError("target", value, f"a mesh file is given as target=mesh target.path={value}")
-    options = [name for name in error.options or [] if name]
     if not options:
         return InputError(group or "configuration", option, _first_line(str(error)))
     return InputError(
