@@ -58,7 +58,7 @@ REFUSED: list[tuple[list[str], str, str]] = [
     ([BOWL, "start=crease"], "symmetry=xyd:", "none or y"),
     ([BOWL, "search._target_=no.such.Thing"], "search=no.such.Thing:", "no"),
     ([BOWL, "+search.wings=2"], "search=", "wings"),
-    ([BOWL, "objective._target_=tests.experiment.fakes.NoObjective", "~objective.distance"], "objective=", ""),
+    ([BOWL, "objective._target_=tests.experiment.fakes.NoObjective"], "objective=", ""),
     (["bowl"], "command=bowl:", "dashboard"),
     (["dashbord"], "command=dashbord:", "did you mean dashboard?"),
     (["part.stl"], "command=part.stl:", "target=mesh target.path=part.stl"),

@@ -58,6 +58,14 @@ class FoldFile:
     """Facts about the trial (task, search, seed, return ...)."""
 
     @property
+    def up(self) -> NDArray[np.float64]:
+        """(3,) the direction that is up when the folded sheet stands as it is used: z where the file does not say."""
+        known = self.metadata.get("up")
+        numbers = isinstance(known, list) and len(known) == 3 and all(isinstance(n, int | float) for n in known)
+        up = np.array(known if numbers else (0.0, 0.0, 1.0), dtype=np.float64)
+        return up if np.isfinite(up).all() and np.linalg.norm(up) > 1e-6 else np.array([0.0, 0.0, 1.0])
+
+    @property
     def best(self) -> FoldFrame:
         """The last frame, or the flat sheet where the file has no frames."""
         return self.frames[-1] if self.frames else self.flat

@@ -8,6 +8,7 @@ The simplest objective is any object with a method ``score(sheet)``; it gets a r
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from origami_lab.errors import InputError
 from origami_lab.game.folded import FoldedSheet
 from origami_lab.game.game import Game
+from origami_lab.game.pattern import CreasePattern
 from origami_lab.game.state import States
 
 Memos = NDArray[Any]
@@ -153,3 +155,21 @@ def report(objective: Any, game: Game, actions: tuple[int, ...], angle: int) -> 
     if not callable(getattr(objective, "report", None)) or angle < 0:
         return {}
     return {key: float(value) for key, value in objective.report(game, actions, angle).items()}
+
+
+def up_of(objective: Any, design: CreasePattern) -> tuple[float, float, float] | None:
+    """The direction that is up when the folded design stands as it is used, None if the objective does not say.
+
+    Raises
+    ------
+    InputError
+        If ``objective.up(design)`` is not three finite numbers, some of them not zero.
+    """
+    if not callable(getattr(objective, "up", None)):
+        return None
+    up = objective.up(design)
+    name = type(objective).__name__
+    if not isinstance(up, Sequence) or len(up) != 3 or not any(up):
+        raise InputError("objective", name, f"up returned {up!r:.60}; it must return x, y, z of a direction")
+    x, y, z = (number(value, name, "up") for value in up)
+    return x, y, z

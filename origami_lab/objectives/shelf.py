@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 
 from origami_lab.game.collisions import place_corner
 from origami_lab.game.game import Game
+from origami_lab.game.pattern import CreasePattern
 from origami_lab.game.state import Record, States, has_image
 from origami_lab.jit import kernel
-from origami_lab.objectives.abstract import Array, CompiledObjective, panel_area, sticks_out
+from origami_lab.objectives.abstract import TIE, Array, CompiledObjective, panel_area, sticks_out
 from origami_lab.objectives.base import checked_number
 
 PARALLEL = 0.99999
@@ -49,6 +50,21 @@ class ShelfObjective(CompiledObjective):
 
     def numbers(self, game: Game) -> tuple[float, ...]:
         return (self.levels, self.gap)
+
+    def up(self, design: CreasePattern) -> tuple[float, float, float]:
+        """Across the boards of the best set, upwards where they lean."""
+        corners = design.folded[design.best][design.triangles]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        doubled = np.linalg.norm(normals, axis=1)
+        normals /= doubled[:, None]
+        best, up = 0.0, np.array([0.0, 0.0, 1.0])
+        for normal in normals:
+            members = np.abs(normals @ normal) > PARALLEL
+            offsets, areas = corners[members, 0] @ normal, doubled[members] / 2.0
+            value = smallest_level(offsets, areas, len(areas), self.levels, self.gap)
+            if value > best + TIE:
+                best, up = value, normal
+        return tuple((up if up[2] >= 0.0 else -up).tolist())
 
 
 @kernel

@@ -18,6 +18,7 @@ from __future__ import annotations
 import numpy as np
 
 from origami_lab.game.game import Game
+from origami_lab.game.pattern import CreasePattern
 from origami_lab.game.state import Record, States
 from origami_lab.jit import kernel
 from origami_lab.objectives.abstract import (
@@ -50,6 +51,10 @@ class TableObjective(CompiledObjective):
 
     def numbers(self, game: Game) -> tuple[float, ...]:
         return (self.height,)
+
+    def up(self, design: CreasePattern) -> tuple[float, float, float]:
+        """On its feet."""
+        return (0.0, 0.0, -1.0)
 
 
 @kernel

@@ -147,7 +147,8 @@ def build(*overrides: str) -> Parts:
 
 def overrides_for(part: str, target: str) -> list[str]:
     """Put a ``_target_`` in place of a part whose own arguments are dropped."""
-    dropped = {"objective": ["~objective.distance", "~objective.target"], "target": ["~target.edge"], "search": []}
+    objective = [f"~objective.{key}" for key in ("distance", "compactness", "target")]
+    dropped = {"objective": objective, "target": ["~target.edge"], "search": []}
     return [f"{part}._target_={target}", *dropped[part]]
 
 
@@ -204,7 +205,8 @@ def test_a_part_in_an_argument_is_looked_for_as_well(module: str) -> None:
 def test_good_parts_are_taken(module: str) -> None:
     for name in ("Objective", "Outer.Inner", "Outer.make"):
         assert build(*overrides_for("objective", f"{module}.{name}")).objective.size == 1
-    assert build(f"objective._target_={module}.WantsTarget", "~objective.distance").target is not None
+    without = ("~objective.distance", "~objective.compactness")
+    assert build(f"objective._target_={module}.WantsTarget", *without).target is not None
 
 
 def test_the_command_says_it_and_leaves_nothing(module: str, capfd: pytest.CaptureFixture[str]) -> None:

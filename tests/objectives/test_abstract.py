@@ -12,12 +12,14 @@ from origami_lab.game.game import Game
 from origami_lab.game.moves import Extend, Place
 from origami_lab.game.starts import Square
 from origami_lab.objectives.abstract import CompiledObjective
-from origami_lab.objectives.base import Score
+from origami_lab.objectives.base import Score, up_of
 from origami_lab.objectives.bucket import BucketObjective
 from origami_lab.objectives.chair import ChairObjective
 from origami_lab.objectives.packaging import PackagingObjective
 from origami_lab.objectives.shelf import ShelfObjective
 from origami_lab.objectives.table import TableObjective
+from origami_lab.search.problem import Problem
+from origami_lab.search.random import RandomSearch
 from tests.known import chair as known_chair
 from tests.objectives.references import REFERENCES, farthest, shelf
 from tests.objectives.sheets import episodes, hand_made, shuffled
@@ -300,3 +302,26 @@ def test_a_bucket_upside_down_is_none() -> None:
                 assert value(BucketObjective(), states_then) == pytest.approx(expected, abs=1e-12)
             found += 1
     assert found
+
+
+def test_a_shelf_stands_on_the_boards_that_count() -> None:
+    """Heights along ``up`` of the horizontal triangles fall into levels whose smallest is the score."""
+    game = Game(13, "xy", Square(), source_action=False)
+    problem = Problem(game, ShelfObjective(), 4000, certify=False)
+    RandomSearch().search(problem, np.random.default_rng(0))
+    outcome = problem.outcome()
+    assert outcome.value >= 1.0
+    design = game.design(outcome.actions, outcome.angle)
+    up = up_of(problem.objective, design)
+    assert up is not None
+    assert up[2] >= 0.0
+    corners = design.folded[design.best][design.triangles]
+    heights = corners @ np.array(up)
+    flat = np.flatnonzero(np.ptp(heights, axis=1) < 1e-3)
+    flat = flat[np.argsort(heights[flat, 0])]
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+    levels = np.split(areas[flat], np.flatnonzero(np.diff(heights[flat, 0]) >= 0.5) + 1)
+    assert len(levels) >= 3
+    assert min(level.sum() for level in levels) == pytest.approx(outcome.value)
+    assert up_of(TableObjective(), design) == (0, 0, -1)
+    assert up_of(BucketObjective(), design) is None

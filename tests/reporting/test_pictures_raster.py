@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from origami_lab.reporting.camera import frame_points
 from origami_lab.reporting.raster import NOTHING, blend, z_buffer
@@ -70,3 +71,15 @@ def test_camera_fills_its_window_without_mirroring() -> None:
     x, y = seen[1, :2] - seen[0, :2], seen[2, :2] - seen[0, :2]
     assert x[0] * y[1] - x[1] * y[0] < 0  # from above, y lies counter-clockwise of x (rows grow downwards)
     assert seen[3, 2] > seen[0, 2]  # seen from above
+
+
+@pytest.mark.parametrize("up", [(0.0, 0.0, -1.0), (1.0, 0.0, 0.0), (0.3, -0.5, 0.1), (0.0, 0.0, 2.0)])
+def test_camera_holds_a_direction_upright_without_mirroring(up: tuple[float, float, float]) -> None:
+    points = np.random.default_rng(1).normal(size=(50, 3))
+    camera = frame_points(points, (0.0, 0.0, 100.0, 100.0), up=np.array(up))
+    plain = frame_points(points, (0.0, 0.0, 100.0, 100.0))
+    np.testing.assert_allclose(
+        camera.axes @ np.array(up) / np.linalg.norm(up), plain.axes @ [0.0, 0.0, 1.0], atol=1e-12
+    )
+    np.testing.assert_allclose(camera.axes @ camera.axes.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(camera.axes) == pytest.approx(np.linalg.det(plain.axes))
