@@ -44,8 +44,9 @@ def check_objective(name: str, objective: Any) -> None:
             _check_call("objective", name, objective, "bound", ("sheet",))
     if "report" in has:
         _check_call("objective", name, objective, "report", ("game", "actions", "angle"))
-    if getattr(objective, "up", None) is not None:
-        _check_call("objective", name, objective, "up", ("design",))
+    for method in ("up", "front"):
+        if getattr(objective, method, None) is not None:
+            _check_call("objective", name, objective, method, ("design",))
 
 
 def check_searcher(name: str, searcher: Any) -> None:

@@ -63,7 +63,7 @@ def run_trial(
     FolderError
         If its files cannot be written; nothing is left of them.
     """
-    from origami_lab.objectives.base import up_of
+    from origami_lab.objectives.base import pose
     from origami_lab.search.problem import Problem, SearchEnded
 
     def on_progress(problem: Problem) -> None:
@@ -95,9 +95,7 @@ def run_trial(
     facts |= {name: row[name] for name in ("seed", "return", "driving_angle", "interactions", "status")}
     if parts.target is not None and parts.target.units_per_cell is not None:
         facts["units_per_cell"] = parts.target.units_per_cell
-    up = up_of(parts.objective, design)
-    if up is not None:
-        facts["up"] = list(up)
+    facts |= pose(parts.objective, design)
     design = replace(design, metadata=MappingProxyType(facts))
     with folder.new_trial(seed) as path:
         warnings = _write_files(path, folder, settings, parts, outcome, design, row)

@@ -58,12 +58,18 @@ class FoldFile:
     """Facts about the trial (task, search, seed, return ...)."""
 
     @property
-    def up(self) -> NDArray[np.float64]:
-        """(3,) the direction that is up when the folded sheet stands as it is used: z where the file does not say."""
-        known = self.metadata.get("up")
-        numbers = isinstance(known, list) and len(known) == 3 and all(isinstance(n, int | float) for n in known)
-        up = np.array(known if numbers else (0.0, 0.0, 1.0), dtype=np.float64)
-        return up if np.isfinite(up).all() and np.linalg.norm(up) > 1e-6 else np.array([0.0, 0.0, 1.0])
+    def upright(self) -> NDArray[np.float64]:
+        """(3, 3) the rotation that stands the folded sheet as it is used: up along z, its front along −y.
+
+        The file may say what is up and what is in front; without, nothing is turned.
+        """
+        up = _direction(self.metadata.get("up"), (0.0, 0.0, 1.0))
+        front = _direction(self.metadata.get("front"), (0.0, -1.0, 0.0))
+        if np.linalg.norm(np.cross(up, front)) < 1e-6:  # any front will do
+            front = np.eye(3)[int(np.argmin(np.abs(up)))]
+        right = np.cross(up, front)
+        right /= np.linalg.norm(right)
+        return np.array([right, np.cross(up, right), up])
 
     @property
     def best(self) -> FoldFrame:
@@ -84,3 +90,12 @@ class FoldFile:
         if len(known) < len(self.frames):
             return self.frames
         return tuple(frame for _, frame in sorted(known, key=lambda pair: abs(pair[0])))
+
+
+def _direction(known: object, default: tuple[float, float, float]) -> NDArray[np.float64]:
+    """A unit vector from what a file says, if that is one."""
+    if isinstance(known, list) and len(known) == 3 and all(isinstance(n, int | float) for n in known):
+        length = float(np.linalg.norm(vector := np.array(known, dtype=np.float64)))
+        if 1e-6 < length < np.inf:
+            return vector / length
+    return np.array(default)

@@ -157,19 +157,21 @@ def report(objective: Any, game: Game, actions: tuple[int, ...], angle: int) -> 
     return {key: float(value) for key, value in objective.report(game, actions, angle).items()}
 
 
-def up_of(objective: Any, design: CreasePattern) -> tuple[float, float, float] | None:
-    """The direction that is up when the folded design stands as it is used, None if the objective does not say.
+def pose(objective: Any, design: CreasePattern) -> dict[str, list[float]]:
+    """The directions that are ``up`` and in ``front`` when the folded design stands as it is used, if given.
 
     Raises
     ------
     InputError
-        If ``objective.up(design)`` is not three finite numbers, some of them not zero.
+        If a method of these names does not return three numbers, some of them not zero.
     """
-    if not callable(getattr(objective, "up", None)):
-        return None
-    up = objective.up(design)
-    name = type(objective).__name__
-    if not isinstance(up, Sequence) or len(up) != 3 or not any(up):
-        raise InputError("objective", name, f"up returned {up!r:.60}; it must return x, y, z of a direction")
-    x, y, z = (number(value, name, "up") for value in up)
-    return x, y, z
+    found = {}
+    for name in ("up", "front"):
+        if not callable(getattr(objective, name, None)):
+            continue
+        direction = getattr(objective, name)(design)
+        where = type(objective).__name__
+        if not isinstance(direction, Sequence) or len(direction) != 3 or not any(direction):
+            raise InputError("objective", where, f"{name} returned {direction!r:.60}; must be x, y, z of a direction")
+        found[name] = [number(value, where, name) for value in direction]
+    return found

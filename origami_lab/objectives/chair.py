@@ -24,6 +24,7 @@ from __future__ import annotations
 import numpy as np
 
 from origami_lab.game.game import Game
+from origami_lab.game.pattern import CreasePattern
 from origami_lab.game.state import Record, States, has_image
 from origami_lab.jit import inlined, kernel
 from origami_lab.objectives.abstract import TIE, Array, CompiledObjective, board_points_beside, sticks_out
@@ -59,6 +60,11 @@ class ChairObjective(CompiledObjective):
 
     def numbers(self, game: Game) -> tuple[float, ...]:
         return (self.height, self.side, self.extent, game.penalty)
+
+    def front(self, design: CreasePattern) -> tuple[float, float, float]:
+        """Away from the backrest: from the highest vertex over the middle of the seat."""
+        highest = design.folded[design.best][np.argmax(design.folded[design.best][:, 2])]
+        return (0.0, -1.0 if highest[1] > 0.0 else 1.0, 0.0)
 
 
 @inlined

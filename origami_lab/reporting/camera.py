@@ -40,31 +40,21 @@ def frame_points(
     window: tuple[float, float, float, float],
     azimuth: float = AZIMUTH,
     elevation: float = ELEVATION,
-    up: NDArray[np.float64] | None = None,
+    upright: NDArray[np.float64] | None = None,
 ) -> Camera:
     """The camera for which (N, 3) ``points`` just fill the window (left, top, right, bottom in pixels).
 
-    ``up`` (3,) is the direction that is up in the picture, not necessarily of unit length: z where not given.
+    ``upright`` (3, 3) is the rotation that stands the sheet as it is used.
     """
     a, e = math.radians(azimuth), math.radians(elevation)
     viewer = np.array([math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)])
     right = np.array([-math.sin(a), math.cos(a), 0.0])
     axes = np.array([right, np.cross(right, viewer), viewer])
-    if up is not None:
-        axes = axes @ _turn_upright(up)
+    if upright is not None:
+        axes = axes @ upright
     seen = points @ axes[:2].T
     low, high = seen.min(axis=0), seen.max(axis=0)
     room = np.array([window[2] - window[0], window[3] - window[1]])
     scale = float(np.min(room / np.maximum(high - low, 1e-9)))
     centre = np.array([window[0] + window[2], window[1] + window[3]]) / 2
     return Camera(axes, scale, centre - scale * (low + high) / 2)
-
-
-def _turn_upright(up: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(3, 3) the least rotation that turns a direction to z; what is upside down turns about x."""
-    x, y, z = up / np.linalg.norm(up)
-    if z < -1.0 + 1e-12:
-        return np.diag([1.0, -1.0, -1.0])
-    cross = np.array([[0.0, 0.0, -x], [0.0, 0.0, -y], [x, y, 0.0]])  # of (x, y, z) with z, as a matrix
-    turned: NDArray[np.float64] = np.eye(3) + cross + cross @ cross / (1.0 + z)
-    return turned

@@ -64,9 +64,9 @@ class Studio:
         size: int,
         *,
         trim: bool = False,
-        up: NDArray[np.float64] | None = None,
+        upright: NDArray[np.float64] | None = None,
     ) -> None:
-        """Point the camera at (N, 3) ``points`` and the target, ``up`` (3,) being up in the picture, z if not given.
+        """Point the camera at (N, 3) ``points`` and the target, turned by ``upright`` (3, 3) as the sheet is used.
 
         The pictures are ``size`` pixels square (``trim``: as high as they need to be), with room for the
         caption at the bottom.
@@ -75,12 +75,12 @@ class Studio:
         everything = points if target is None else np.vstack([points, target.vertices])
         margin, caption = 0.05 * self.fine, 0.075 * self.fine
         side = self.fine - margin
-        self.camera: Camera = frame_points(everything, (margin, margin, side, side - caption), up=up)
+        self.camera: Camera = frame_points(everything, (margin, margin, side, side - caption), upright=upright)
         rows = self.fine
         if trim:
             seen = self.camera.project(everything)[:, 1]
             rows = min(rows, 2 * int((np.ptp(seen) + 2 * margin + caption) / 2))
-            self.camera = frame_points(everything, (margin, margin, side, rows - margin - caption), up=up)
+            self.camera = frame_points(everything, (margin, margin, side, rows - margin - caption), upright=upright)
         self.shape = (rows, self.fine)
         self.target = None if target is None else self._target_layers(target)
 
@@ -248,7 +248,7 @@ def draw_folded(
 ) -> None:
     """A PNG, ``size`` pixels square, of the panels at the best driving angle over the translucent target."""
     frame = fold.best
-    studio = Studio(frame.coords, target, size, up=fold.up)
+    studio = Studio(frame.coords, target, size, upright=fold.upright)
     image = studio.picture(sheet_of(fold), frame.coords)
     write_caption(image, *caption_lines(fold, frame), target is not None)
     image.save(Path(path), format="PNG", optimize=False)

@@ -33,7 +33,7 @@ def draw_motion(
     Camera, scale and palette are the same in all frames.
     """
     frames = steps(fold)
-    studio = Studio(np.vstack([frame.coords for frame in frames]), target, size, trim=True, up=fold.up)
+    studio = Studio(np.vstack([frame.coords for frame in frames]), target, size, trim=True, upright=fold.upright)
     sheet = sheet_of(fold)
     pictures = []
     for frame in frames:

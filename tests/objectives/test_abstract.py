@@ -12,7 +12,7 @@ from origami_lab.game.game import Game
 from origami_lab.game.moves import Extend, Place
 from origami_lab.game.starts import Square
 from origami_lab.objectives.abstract import CompiledObjective
-from origami_lab.objectives.base import Score, up_of
+from origami_lab.objectives.base import Score, pose
 from origami_lab.objectives.bucket import BucketObjective
 from origami_lab.objectives.chair import ChairObjective
 from origami_lab.objectives.packaging import PackagingObjective
@@ -307,13 +307,12 @@ def test_a_bucket_upside_down_is_none() -> None:
 def test_a_shelf_stands_on_the_boards_that_count() -> None:
     """Heights along ``up`` of the horizontal triangles fall into levels whose smallest is the score."""
     game = Game(13, "xy", Square(), source_action=False)
-    problem = Problem(game, ShelfObjective(), 4000, certify=False)
-    RandomSearch().search(problem, np.random.default_rng(0))
+    problem = Problem(game, ShelfObjective(), 4_000, certify=False)
+    RandomSearch().search(problem, np.random.default_rng(11))
     outcome = problem.outcome()
     assert outcome.value >= 1.0
     design = game.design(outcome.actions, outcome.angle)
-    up = up_of(problem.objective, design)
-    assert up is not None
+    up = pose(problem.objective, design)["up"]
     assert up[2] >= 0.0
     corners = design.folded[design.best][design.triangles]
     heights = corners @ np.array(up)
@@ -323,5 +322,5 @@ def test_a_shelf_stands_on_the_boards_that_count() -> None:
     levels = np.split(areas[flat], np.flatnonzero(np.diff(heights[flat, 0]) >= 0.5) + 1)
     assert len(levels) >= 3
     assert min(level.sum() for level in levels) == pytest.approx(outcome.value)
-    assert up_of(TableObjective(), design) == (0, 0, -1)
-    assert up_of(BucketObjective(), design) is None
+    assert pose(TableObjective(), design) == {"up": [0, 0, -1]}
+    assert pose(BucketObjective(), design) == {}

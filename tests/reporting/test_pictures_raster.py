@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from origami_lab.export.foldfile import FoldFile
 from origami_lab.reporting.camera import frame_points
 from origami_lab.reporting.raster import NOTHING, blend, z_buffer
+
+EMPTY = FoldFile(np.empty((0, 2)), np.empty((0, 2), np.int32), (), np.empty(0), (), None, None, ())
 
 
 def test_z_buffer_against_barycentric_coordinates() -> None:
@@ -73,13 +78,26 @@ def test_camera_fills_its_window_without_mirroring() -> None:
     assert seen[3, 2] > seen[0, 2]  # seen from above
 
 
-@pytest.mark.parametrize("up", [(0.0, 0.0, -1.0), (1.0, 0.0, 0.0), (0.3, -0.5, 0.1), (0.0, 0.0, 2.0)])
-def test_camera_holds_a_direction_upright_without_mirroring(up: tuple[float, float, float]) -> None:
+@pytest.mark.parametrize(
+    ("up", "front"),
+    [((0, 0, -1), (0, -1, 0)), ((1, 0, 0), None), ((0.3, -0.5, 0.1), None), (None, (0, 1, 0)), ((0, -2, 0), (0, 3, 0))],
+)
+def test_a_sheet_stands_as_it_is_used_without_mirroring(up: tuple[int, ...], front: tuple[int, ...]) -> None:
+    says = {name: list(value) for name, value in (("up", up), ("front", front)) if value}
+    upright = replace(EMPTY, metadata=says).upright
+    np.testing.assert_allclose(upright @ upright.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(upright) == pytest.approx(1)
+    up = up or (0, 0, 1)
+    np.testing.assert_allclose(upright @ up, (0, 0, np.linalg.norm(up)), atol=1e-12)
+    across = np.cross(up, front or (0, -1, 0))
+    if np.any(across):  # what is in front has no part to the side
+        np.testing.assert_allclose(upright @ across / np.linalg.norm(across), (1, 0, 0), atol=1e-12)
     points = np.random.default_rng(1).normal(size=(50, 3))
-    camera = frame_points(points, (0.0, 0.0, 100.0, 100.0), up=np.array(up))
-    plain = frame_points(points, (0.0, 0.0, 100.0, 100.0))
-    np.testing.assert_allclose(
-        camera.axes @ np.array(up) / np.linalg.norm(up), plain.axes @ [0.0, 0.0, 1.0], atol=1e-12
-    )
-    np.testing.assert_allclose(camera.axes @ camera.axes.T, np.eye(3), atol=1e-12)
-    assert np.linalg.det(camera.axes) == pytest.approx(np.linalg.det(plain.axes))
+    turned = frame_points(points, (0.0, 0.0, 100.0, 100.0), upright=upright)
+    plain = frame_points(points @ upright.T, (0.0, 0.0, 100.0, 100.0))
+    np.testing.assert_allclose(turned.project(points), plain.project(points @ upright.T), atol=1e-9)
+
+
+@pytest.mark.parametrize("odd", ["up", [0, 0], [0, 0, 0], [1e400, 0, 0], ["x", 0, 1], None])
+def test_a_file_that_does_not_say_what_is_up_is_not_turned(odd: object) -> None:
+    np.testing.assert_array_equal(replace(EMPTY, metadata={"up": odd, "front": odd}).upright, np.eye(3))
