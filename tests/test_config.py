@@ -271,6 +271,15 @@ def test_scale_and_symmetry_of_a_mesh_are_said(mesh: Path) -> None:
     assert list(remarks(found, build_parts(found))) == []
 
 
+def test_a_target_that_nobody_looks_at_is_said() -> None:
+    found = settings("target=cube", "objective=table")
+    assert list(remarks(found, build_parts(found))) == [
+        "warning: the objective (table) does not look at the target (cube); leave target out"
+    ]
+    found = settings("objective=table")
+    assert list(remarks(found, build_parts(found))) == []
+
+
 def test_search_numbers_reach_the_searcher() -> None:
     found = settings("target=cube", "search=dfts", "search.children=4", "search.restarts=7")
     searcher: Any = build_parts(found).searcher

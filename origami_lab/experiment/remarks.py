@@ -12,10 +12,12 @@ LARGEST_FIRST = ("xyd", "xy", "x", "y")
 
 
 def remarks(settings: Settings, parts: Parts) -> Iterator[str]:
-    """The scale of a mesh, and a symmetry of the game that the mesh does not have."""
+    """A target that nobody looks at, the scale of a mesh, a symmetry of the game that the mesh does not have."""
     from origami_lab.geometry.groups import GROUPS
 
     target = parts.target
+    if target is not None and "target" not in settings.config["objective"]:
+        yield f"warning: the objective ({settings.task}) does not look at the target ({target.name}); leave target out"
     if target is None or target.units_per_cell is None or settings.target is None:
         return
     name = Path(str(settings.target.get("path", target.name))).name

@@ -13,6 +13,7 @@ from origami_lab.game.starts import Square
 from origami_lab.objectives.base import Score
 from origami_lab.objectives.shape import ShapeEvaluator, ShapeObjective
 from origami_lab.objectives.targets import Target, bowl, cube, pyramid
+from origami_lab.search import tree
 from origami_lab.search.problem import Problem
 from origami_lab.search.tree import BreadthFirstSearch, DepthFirstSearch
 from tests.search.reference import ReferenceTreeSearch
@@ -78,8 +79,9 @@ def test_the_walk_is_the_search_it_claims_to_be(name: str, best_first: bool) -> 
 
 
 @pytest.mark.parametrize("best_first", [False, True])
-def test_the_walk_with_an_objective_that_has_no_bound(best_first: bool) -> None:
-    """Nothing is pruned, so lines of play grow deeper than the room there is at first."""
+def test_the_walk_with_an_objective_that_has_no_bound(best_first: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing is pruned; lines of play grow deeper than the room that is made for them at first."""
+    monkeypatch.setattr(tree, "_DEPTH", 4)
     method = BreadthFirstSearch if best_first else DepthFirstSearch
     make = GAMES["cube"][0]
     theirs, _ = outcome(make, Tall(), ReferenceTreeSearch(best_first, children=3), 0, 1500)
@@ -87,3 +89,4 @@ def test_the_walk_with_an_objective_that_has_no_bound(best_first: bool) -> None:
     assert ours == theirs
     assert ours.value > 0
     assert problem.interactions == 1500
+    assert len(ours.actions) > 4
