@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,11 +15,11 @@ from origami_lab.experiment.folder import write_atomically
 from origami_lab.report.beside import Beside
 from origami_lab.report.collect import Note, Run, read_runs
 from origami_lab.report.curves import learning_figure, read_curves, solved_figure, threshold_of
-from origami_lab.report.figures import png_bytes, svg_bytes
+from origami_lab.report.figures import png_and_svg
 from origami_lab.report.gallery import best_shape, draw_motion, draw_shapes, gallery_figure, motion_figure
-from origami_lab.report.grouping import group_runs
+from origami_lab.report.grouping import Groups, group_runs
 from origami_lab.report.page import GENERATOR, Content, render
-from origami_lab.report.tables import interactions_table, return_tables
+from origami_lab.report.tables import Table, interactions_table, return_tables
 from origami_lab.report.writing import csv_text, latex, markdown
 from origami_lab.reporting.pattern_picture import pattern_figure
 
@@ -71,61 +71,64 @@ def build_report(
     groups = group_runs(runs)
     notes += groups.notes
     returns, interactions = return_tables(groups, beside), interactions_table(groups, beside)
-    files: dict[str, str | bytes] = {}
-    for name, tables in (("returns", returns), ("interactions", [interactions])):
-        files[f"{name}.md"] = markdown(tables)
-        files[f"{name}.csv"] = csv_text(tables, groups)
-        files[f"{name}.tex"] = latex(tables)
-
-    names = _Names()
-
-    def add(kind: str, label: str, figure: Figure) -> bytes:
-        stem = names.of(kind, label)
-        files[f"{FIGURES}/{stem}.png"] = png_bytes(figure)
-        files[f"{FIGURES}/{stem}.svg"] = svg = svg_bytes(figure)
-        return svg
-
-    say(f"{len(runs)} runs, {len(groups.cells)} kinds of them: drawing the curves")
+    files = _Files()
+    files.add_tables("returns", returns, groups)
+    files.add_tables("interactions", [interactions], groups)
+    say(f"{'1 run' if len(runs) == 1 else f'{len(runs)} runs'} found; drawing the curves")
     curves = read_curves(groups, notes)
     learning, reached = {}, {}
     for column in groups.columns:
         if not any(place[1] == column for place in curves):
             continue
-        learning[column] = add("learning", column.label, learning_figure(groups, column, curves))
+        learning[column] = files.add_figure("learning", column.label, learning_figure(groups, column, curves))
         threshold = threshold_of(groups, column) if solved is None else solved
         if threshold is not None:
-            reached[column] = add("solved", column.label, solved_figure(groups, column, curves, threshold))
+            figure = solved_figure(groups, column, curves, threshold)
+            reached[column] = files.add_figure("solved", column.label, figure)
     say("drawing the designs")
     shapes = draw_shapes(groups, notes)
     patterns, motions = {}, {}
     if shapes:
-        add("gallery", "", gallery_figure(groups, shapes))
+        files.add_figure("gallery", "", gallery_figure(groups, shapes))
     for column in groups.columns:
         best = best_shape(groups, column, shapes)
         if best is not None:
-            patterns[column] = add("pattern", column.label, pattern_figure(best[1].fold))
+            patterns[column] = files.add_figure("pattern", column.label, pattern_figure(best[1].fold))
             motions[column] = draw_motion(*best, notes)
-            add("motion", column.label, motion_figure(motions[column], column))
-    content = Content(
-        runs, groups, [*returns, interactions], learning, reached, shapes, patterns, motions, tuple(notes)
-    )
-    _write(output, {"index.html": render(content, output), **files})
+            files.add_figure("motion", column.label, motion_figure(motions[column], column))
+    tables = [*returns, interactions]
+    content = Content(runs, groups, tables, learning, reached, shapes, patterns, motions, tuple(notes))
+    _write(output, {"index.html": render(content, output), **files.contents})
     return Report(output, runs, notes)
 
 
-class _Names:
-    """File names that no two figures share."""
+class _Files:
+    """What is to be written, by name."""
 
     def __init__(self) -> None:
-        self._taken: set[str] = set()
+        self.contents: dict[str, str | bytes] = {}
+        self._stems: set[str] = set()
 
-    def of(self, kind: str, label: str) -> str:
-        stem = "-".join([kind, *re.findall(r"[\w.=#]+", label)]).replace("#", "")
-        number, name = 1, stem
-        while name.casefold() in self._taken:
+    def add_tables(self, name: str, tables: Sequence[Table], groups: Groups) -> None:
+        self.contents[f"{name}.md"] = markdown(tables)
+        self.contents[f"{name}.csv"] = csv_text(tables, groups)
+        self.contents[f"{name}.tex"] = latex(tables)
+
+    def add_figure(self, kind: str, label: str, figure: Figure) -> bytes:
+        """Returns the figure as SVG."""
+        stem = self._stem(kind, label)
+        png, svg = png_and_svg(figure)
+        self.contents |= {f"{FIGURES}/{stem}.png": png, f"{FIGURES}/{stem}.svg": svg}
+        return svg
+
+    def _stem(self, kind: str, label: str) -> str:
+        """A name that no two figures share."""
+        stem = name = "-".join([kind, *re.findall(r"[\w.=]+", label)])
+        number = 1
+        while name.casefold() in self._stems:
             number += 1
             name = f"{stem}-{number}"
-        self._taken.add(name.casefold())
+        self._stems.add(name.casefold())
         return name
 
 
@@ -149,7 +152,7 @@ def _unwritable(output: Path, error: OSError) -> InputError:
     return InputError("--output", output, f"must be a folder that can be written ({error.strerror or error})")
 
 
-def _write(output: Path, files: dict[str, str | bytes]) -> None:
+def _write(output: Path, files: Mapping[str, str | bytes]) -> None:
     """Write the files, the page first, and remove the figures of an earlier report that this one does not have."""
     try:
         (output / FIGURES).mkdir(exist_ok=True)

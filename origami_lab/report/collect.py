@@ -87,7 +87,14 @@ class Run:
     @property
     def distance(self) -> str | None:
         """The distance that the search used; None without a target."""
-        return self.settings.get("objective.distance")
+        distance = self.settings.get("objective.distance")
+        return None if distance is None else str(distance)
+
+    @property
+    def versions(self) -> Mapping[str, str]:
+        """What it was computed with, as far as its summary says."""
+        found = self.summary.get("versions")
+        return found if isinstance(found, dict) else {}
 
 
 def read_runs(directories: Sequence[Path]) -> tuple[list[Run], list[Note]]:
@@ -110,8 +117,7 @@ def read_runs(directories: Sequence[Path]) -> tuple[list[Run], list[Note]]:
         try:
             run = _read_run(folder, notes)
         except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-            reason = str(error.expected if isinstance(error, InputError) else error).splitlines() or [""]
-            notes.append(Note(f"left out, its config.yaml cannot be used ({reason[0]})", (folder,)))
+            notes.append(Note(f"left out, it cannot be read ({_reason(error)})", (folder,)))
             continue
         if run.trials:
             runs.append(run)
@@ -121,6 +127,14 @@ def read_runs(directories: Sequence[Path]) -> tuple[list[Run], list[Note]]:
         reasons = "; ".join(note.shown() for note in notes)
         raise InputError("DIR", ", ".join(map(str, directories)), f"there is no run that can be read ({reasons})")
     return runs, notes
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, InputError):
+        return error.expected
+    if isinstance(error, KeyError):
+        return f"its config.yaml does not say {error.args[0]}"
+    return next(iter(str(error).splitlines()), type(error).__name__)
 
 
 def _read_run(folder: Path, notes: list[Note]) -> Run:
@@ -137,14 +151,15 @@ def _read_run(folder: Path, notes: list[Note]) -> Run:
 
 
 def _settings(folder: Path, config: Mapping[str, Any]) -> dict[str, Any]:
-    """Dotted keys of what tells runs apart. Targets of the same words may differ: their surfaces are compared, too."""
+    """Dotted keys of what tells runs apart. A mesh file may have changed between them: its surface is compared, too."""
     kept = {key: value for key, value in config.items() if key not in (*FREE_TO_CHANGE, *IDENTITY)}
     settings = {key: value for key, value in flatten(kept).items() if not key.startswith("objective.target")}
     settings["budget"] = int(settings["budget"])  # what people write is also 1e6
     surface = folder / "target.ply"
-    if surface.is_file():
+    if "target.path" in settings and surface.is_file():
         settings["target.surface"] = hashlib.sha256(surface.read_bytes()).hexdigest()[:8]
-    return {key: tuple(value) if isinstance(value, list) else value for key, value in settings.items()}
+    # lists as they are typed: they are compared and shown, nothing else
+    return {k: v if isinstance(v, str | int | float | None) else json.dumps(v) for k, v in settings.items()}
 
 
 def _rows(folder: Path, notes: list[Note]) -> dict[int, Row]:

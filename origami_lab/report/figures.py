@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-from pathlib import Path
 
 import matplotlib
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -20,20 +19,11 @@ def new_figure(width: float, height: float) -> Figure:
     return figure
 
 
-def png_bytes(figure: Figure) -> bytes:
-    stream = io.BytesIO()
-    figure.savefig(stream, format="png", metadata={"Software": None})
-    return stream.getvalue()
-
-
-def svg_bytes(figure: Figure) -> bytes:
-    stream = io.BytesIO()
+def png_and_svg(figure: Figure) -> tuple[bytes, bytes]:
+    """The contents of the two files; nothing in them tells when or by what they were written."""
+    png, svg = io.BytesIO(), io.BytesIO()
+    figure.savefig(png, format="png", metadata={"Software": None})
+    figure.set_layout_engine("none")  # what was laid out for the first one holds for the second
     with matplotlib.rc_context({"svg.hashsalt": "origami-lab", "svg.fonttype": "path"}):
-        figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
-    return stream.getvalue()
-
-
-def save(figure: Figure, stem: Path) -> None:
-    """Write ``stem.png`` and ``stem.svg``."""
-    stem.with_name(f"{stem.name}.png").write_bytes(png_bytes(figure))
-    stem.with_name(f"{stem.name}.svg").write_bytes(svg_bytes(figure))
+        figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": None})
+    return png.getvalue(), svg.getvalue()

@@ -64,7 +64,7 @@ def draw_shapes(groups: Groups, notes: list[Note]) -> dict[tuple[Heading, Headin
         designs = {}
         for row, group in groups.column(column):
             if group.best is not None:
-                fold = _read(group.best, ("best.fold", "motion.fold"), notes)
+                fold = _read(group.best, ("best.fold", "motion.fold"), notes, "not in the gallery")
                 if fold is not None:
                     designs[row] = (group.best, fold)
         if not designs:
@@ -88,7 +88,7 @@ def best_shape(
 
 def draw_motion(row: Heading, shape: Shape, notes: list[Note]) -> Motion:
     """From the flat sheet to the best angle, in pictures from one place; true folded forms, none interpolated."""
-    fold = _read(shape.trial, ("motion.fold",), notes) or shape.fold
+    fold = _read(shape.trial, ("motion.fold",), notes, "its motion is drawn in fewer steps") or shape.fold
     forms = steps(fold)
     chosen = sorted({round(index) for index in np.linspace(0, len(forms) - 1, MOTION_STEPS)})
     forms = tuple(forms[index] for index in chosen)
@@ -104,15 +104,15 @@ def draw_motion(row: Heading, shape: Shape, notes: list[Note]) -> Motion:
     )
 
 
-def _read(trial: Trial, names: Iterable[str], notes: list[Note]) -> FoldFile | None:
-    """The first of the trial's files that can be read."""
+def _read(trial: Trial, names: Iterable[str], notes: list[Note], without: str) -> FoldFile | None:
+    """The first of the trial's files that can be read; a note says what is ``without`` it."""
     reasons = []
     for name in names:
         try:
             return read_fold(trial.folder / name)
         except InputError as error:
             reasons.append(f"{name}: {error.value}")
-    notes.append(Note(f"not drawn from what it lacks ({'; '.join(reasons)})", (trial.folder,)))
+    notes.append(Note(f"{without} ({'; '.join(reasons)})", (trial.folder,)))
     return None
 
 

@@ -103,6 +103,8 @@ def group_runs(runs: Sequence[Run]) -> Groups:
     for run in runs:
         place = (row_of[run.method, searches[id(run)]], column_of[run.task, games[id(run)]])
         gathered.setdefault(place, []).append(run)
+    for place, members in gathered.items():
+        notes += _versions(place, members)
     cells_of = {
         place: Group(_once_a_seed(members, notes), members[0].budget, members[0].distance)
         for place, members in gathered.items()
@@ -138,7 +140,7 @@ def _headings(name: str, runs: Mapping[Settings, int], notes: list[Note]) -> dic
     """
     parts = {variant: dict(variant) for variant in runs}
     keys = _differing(parts.values())
-    ordered = sorted(parts, key=lambda variant: [_sorting(parts[variant].get(key)) for key in keys])
+    ordered = sorted(parts, key=lambda variant: [_sorting(key, parts[variant]) for key in keys])
     ordered.sort(key=lambda variant: runs[variant] < max(runs.values()))
     usual = parts[ordered[0]]
     headings = {(name, ordered[0]): Heading(name, name)}
@@ -162,9 +164,12 @@ def _differing(parts: Iterable[Mapping[str, Any]]) -> list[str]:
     return [key for key in keys if any(key not in p or p[key] != parts[0].get(key) for p in parts)]
 
 
-def _sorting(value: Any) -> tuple[int, float, str]:
-    number = isinstance(value, int | float)
-    return (0, float(value), "") if number else (1, 0.0, str(value))
+def _sorting(key: str, part: Mapping[str, Any]) -> tuple[int, float, str]:
+    """What is not set comes first, then numbers by their size, then words."""
+    if key not in part:
+        return (0, 0.0, "")
+    value = part[key]
+    return (1, float(value), "") if isinstance(value, int | float) else (2, 0.0, str(value))
 
 
 def _shown(key: str, part: Mapping[str, Any]) -> str:
@@ -189,6 +194,14 @@ def _across_tasks(method: str, runs: Sequence[Run]) -> list[Note]:
         return []
     listed = "; ".join(f"{', '.join(_ordered(names, TASKS))} with {text}" for text, names in tasks.items())
     return [Note(f"{method}: {listed}")]
+
+
+def _versions(place: tuple[Heading, Heading], runs: Sequence[Run]) -> list[Note]:
+    """Whether a cell mixes what different versions found."""
+    made = sorted({str(run.versions["origami-lab"]) for run in runs if "origami-lab" in run.versions})
+    if len(made) < 2:
+        return []
+    return [Note(f"{place[1].label}, {place[0].label}: of several versions of origami-lab ({', '.join(made)})")]
 
 
 def _once_a_seed(runs: Sequence[Run], notes: list[Note]) -> tuple[Trial, ...]:

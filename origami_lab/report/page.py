@@ -137,8 +137,8 @@ def _curves(content: Content) -> str:
     if not body:
         return ""
     return (
-        "<p>Left: mean of the best return so far, with a band of one standard deviation, from where every trial has a"
-        " design. Right: the share of trials that have come to the return named at the axis.</p>\n" + body
+        "<p>The mean of the best return so far, with a band of one standard deviation, from where every trial has a"
+        " design; then the share of trials that have come to the return named at the axis.</p>\n" + body
     )
 
 
@@ -229,9 +229,7 @@ def _versions(runs: Sequence[Run], output: Path) -> list[str]:
     """What the runs were computed with, each set once."""
     found: dict[str, list[str]] = {}
     for run in runs:
-        versions = run.summary.get("versions")
-        known = versions.items() if isinstance(versions, dict) else ()
-        text = ", ".join(f"{name} {version}" for name, version in known) or "versions not known"
+        text = ", ".join(f"{name} {version}" for name, version in run.versions.items()) or "versions not known"
         found.setdefault(text, []).append(relative(run.folder, output))
     if len(found) == 1:
         return [f"Computed with {next(iter(found))}."]
