@@ -24,6 +24,8 @@ def png_and_svg(figure: Figure) -> tuple[bytes, bytes]:
     png, svg = io.BytesIO(), io.BytesIO()
     figure.savefig(png, format="png", metadata={"Software": None})
     figure.set_layout_engine("none")  # what was laid out for the first one holds for the second
+    for image in (image for axes in figure.axes for image in axes.images):
+        image.set_interpolation("none")  # an SVG keeps pictures as they are
     with matplotlib.rc_context({"svg.hashsalt": "origami-lab", "svg.fonttype": "path"}):
         figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": None})
     return png.getvalue(), svg.getvalue()

@@ -5,6 +5,7 @@ All is drawn from the files of the trials; what a folder lacks is named in a not
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -131,7 +132,7 @@ def _target(trials: Sequence[Trial], notes: list[Note]) -> TargetSurface | None:
 def gallery_figure(groups: Groups, shapes: Mapping[tuple[Heading, Heading], Shape]) -> Figure:
     """All shapes, a row a task and a column a searcher; the best of each task framed."""
     rows, columns = groups.columns, groups.rows
-    figure = new_figure(1.1 + 2.0 * len(columns), 2.0 * len(rows))
+    figure = new_figure(1.1 + 2.0 * len(columns), 0.4 + 2.0 * len(rows))
     grid = figure.subplots(len(rows), len(columns), squeeze=False)
     for i, task in enumerate(rows):
         for j, searcher in enumerate(columns):
@@ -171,8 +172,7 @@ def _clear(axes: Axes) -> None:
 
 
 def _show(axes: Axes, image: Image.Image) -> None:
-    # as it is, not resampled, also where it is stored in an SVG
-    axes.imshow(np.asarray(image), interpolation="none")
+    axes.imshow(np.asarray(image))
 
 
 def _frame(axes: Axes, best: bool) -> None:
@@ -181,5 +181,6 @@ def _frame(axes: Axes, best: bool) -> None:
 
 
 def _broken(label: str) -> str:
-    """What tells a name from others goes below it."""
-    return label.replace(" (", "\n(", 1)
+    """What tells a name from others goes below it, in lines as wide as a picture."""
+    name, bracket, rest = label.partition(" (")
+    return "\n".join([name, *textwrap.wrap(f"({rest}", 24)]) if bracket else label
