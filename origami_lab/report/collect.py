@@ -65,6 +65,10 @@ class Trial:
         return str(self.row["status"]).partition(":")[0]
 
 
+Part = tuple[tuple[str, Any], ...]
+"""Some of the settings, in order, to be compared."""
+
+
 @dataclass(frozen=True)
 class Run:
     """One run folder."""
@@ -81,6 +85,16 @@ class Run:
     """summary.json; empty if there is none yet."""
 
     @property
+    def search(self) -> Part:
+        """What makes the searcher: its own numbers and the budget."""
+        return tuple((key, value) for key, value in sorted(self.settings.items()) if _is_searcher_s(key))
+
+    @property
+    def game(self) -> Part:
+        """What makes the task: all else."""
+        return tuple((key, value) for key, value in sorted(self.settings.items()) if not _is_searcher_s(key))
+
+    @property
     def budget(self) -> int:
         return int(self.settings["budget"])
 
@@ -95,6 +109,10 @@ class Run:
         """What it was computed with, as far as its summary says."""
         found = self.summary.get("versions")
         return found if isinstance(found, dict) else {}
+
+
+def _is_searcher_s(key: str) -> bool:
+    return key == "budget" or key.startswith("search.")
 
 
 def read_runs(directories: Sequence[Path]) -> tuple[list[Run], list[Note]]:

@@ -6,12 +6,13 @@ budget. Where a name stands for several settings, the usual ones go by it, and t
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from origami_lab.report.collect import Note, Run, Trial
+from origami_lab.report.collect import Note, Part, Run, Trial
 from origami_lab.reporting.tables import FAILED, NO_DESIGN, STOPPED, best_row
 
 TASKS = ("pyramid", "cube", "bowl", "face", "bucket", "shelf", "table", "chair", "packaging")
@@ -19,8 +20,6 @@ METHODS = ("rdm", "dfts", "bfts", "mcts", "ppo", "evo")
 """In the paper's order; others follow by name."""
 _MOST_IN_NAME = 3
 """Differing settings that a name spells out; more are listed in a note."""
-
-Settings = tuple[tuple[str, Any], ...]
 
 
 @dataclass(frozen=True)
@@ -84,24 +83,21 @@ class Groups:
 def group_runs(runs: Sequence[Run]) -> Groups:
     """Sort runs into the cells of a table."""
     notes: list[Note] = []
-    games = {id(run): _part(run, of_searcher=False) for run in runs}
-    searches = {id(run): _part(run, of_searcher=True) for run in runs}
-    column_of: dict[tuple[str, Settings], Heading] = {}
+    column_of: dict[tuple[str, Part], Heading] = {}
     for task in _ordered({run.task for run in runs}, TASKS):
-        column_of |= _headings(task, _counts(games, [run for run in runs if run.task == task]), notes)
-    row_of: dict[tuple[str, Settings], Heading] = {}
+        column_of |= _headings(task, Counter(run.game for run in runs if run.task == task), notes)
+    row_of: dict[tuple[str, Part], Heading] = {}
     for method in _ordered({run.method for run in runs}, METHODS):
-        of_method = [run for run in runs if run.method == method]
-        variants = _counts(searches, of_method)
-        cells = {(run.task, games[id(run)], searches[id(run)]) for run in of_method}
+        own = [run for run in runs if run.method == method]
+        cells = {(run.task, run.game, run.search) for run in own}
         if len({cell[:2] for cell in cells}) < len(cells):
-            row_of |= _headings(method, variants, notes)
+            row_of |= _headings(method, Counter(run.search for run in own), notes)
         else:  # each task has one kind of this searcher: they can share a row
-            row_of |= {(method, variant): Heading(method, method) for variant in variants}
-            notes += _across_tasks(method, of_method)
+            row_of |= {(method, run.search): Heading(method, method) for run in own}
+            notes += _across_tasks(method, own)
     gathered: dict[tuple[Heading, Heading], list[Run]] = {}
     for run in runs:
-        place = (row_of[run.method, searches[id(run)]], column_of[run.task, games[id(run)]])
+        place = (row_of[run.method, run.search], column_of[run.task, run.game])
         gathered.setdefault(place, []).append(run)
     for place, members in gathered.items():
         notes += _versions(place, members)
@@ -112,28 +108,11 @@ def group_runs(runs: Sequence[Run]) -> Groups:
     return Groups(tuple(dict.fromkeys(row_of.values())), tuple(column_of.values()), cells_of, tuple(notes))
 
 
-def _part(run: Run, of_searcher: bool) -> Settings:
-    """The settings that make the searcher, or those that make the task."""
-    return tuple(
-        (key, value)
-        for key, value in sorted(run.settings.items())
-        if (key == "budget" or key.startswith("search.")) == of_searcher
-    )
-
-
-def _counts(parts: Mapping[int, Settings], runs: Sequence[Run]) -> dict[Settings, int]:
-    """How many runs there are of each kind of settings."""
-    found: dict[Settings, int] = {}
-    for run in runs:
-        found[parts[id(run)]] = found.get(parts[id(run)], 0) + 1
-    return found
-
-
 def _ordered(names: Iterable[str], known: Sequence[str]) -> list[str]:
     return sorted(names, key=lambda name: (known.index(name) if name in known else len(known), name))
 
 
-def _headings(name: str, runs: Mapping[Settings, int], notes: list[Note]) -> dict[tuple[str, Settings], Heading]:
+def _headings(name: str, runs: Mapping[Part, int], notes: list[Note]) -> dict[tuple[str, Part], Heading]:
     """One heading for each kind of settings that a name stands for; that of most runs goes by the bare name.
 
     ``runs`` says how many there are of each kind.
