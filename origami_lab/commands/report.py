@@ -47,7 +47,7 @@ def main(arguments: Sequence[str]) -> int:
     )
     for note in report.notes:
         print(f"note: {note.shown()}", file=sys.stderr)
-    print(f"{report.trials} trials of {len(report.runs)} runs: {report.output / 'index.html'}")
+    print(report)
     return 0
 
 

@@ -20,7 +20,7 @@ from origami_lab.report.gallery import best_shape, draw_motion, draw_shapes, gal
 from origami_lab.report.grouping import Groups, group_runs
 from origami_lab.report.page import GENERATOR, Content, render
 from origami_lab.report.tables import Table, interactions_table, return_tables
-from origami_lab.report.writing import csv_text, latex, markdown
+from origami_lab.report.writing import csv_text, latex, many, markdown
 from origami_lab.reporting.pattern_picture import pattern_figure
 
 FIGURES = "figures"
@@ -34,9 +34,9 @@ class Report:
     runs: Sequence[Run]
     notes: Sequence[Note]
 
-    @property
-    def trials(self) -> int:
-        return sum(len(run.trials) for run in self.runs)
+    def __str__(self) -> str:
+        trials = sum(len(run.trials) for run in self.runs)
+        return f"{many(trials, 'trial')} of {many(len(self.runs), 'run')}: {self.output / 'index.html'}"
 
 
 def build_report(
@@ -74,7 +74,7 @@ def build_report(
     files = _Files()
     files.add_tables("returns", returns, groups)
     files.add_tables("interactions", [interactions], groups)
-    say(f"{'1 run' if len(runs) == 1 else f'{len(runs)} runs'} found; drawing the curves")
+    say(f"{many(len(runs), 'run')} found; drawing the curves")
     curves = read_curves(groups, notes)
     learning, reached = {}, {}
     for column in groups.columns:

@@ -15,7 +15,7 @@ from origami_lab.report.collect import Note, Run, relative
 from origami_lab.report.gallery import Motion, Shape
 from origami_lab.report.grouping import Groups, Heading
 from origami_lab.report.tables import Cell, Table
-from origami_lab.report.writing import known_text, number, value_text
+from origami_lab.report.writing import known_text, many, number, value_text
 
 GENERATOR = '<meta name="generator" content="origami-lab report">'
 """By which a page is known as one of ours."""
@@ -64,17 +64,13 @@ def _anchor(title: str) -> str:
     return title.lower().replace(" ", "-")
 
 
-def _many(count: int, word: str) -> str:
-    return f"{count:,} {word}{'' if count == 1 else 's'}"
-
-
 def _counts(content: Content) -> str:
     trials = sum(len(group.trials) for group in content.groups.cells.values())
     searchers = len({run.method for run in content.runs})
     tasks = len({run.task for run in content.runs})
     return (
-        f"{_many(len(content.runs), 'run')}, {_many(trials, 'trial')}: "
-        f"{_many(searchers, 'searcher')} on {_many(tasks, 'task')}"
+        f"{many(len(content.runs), 'run')}, {many(trials, 'trial')}: "
+        f"{many(searchers, 'searcher')} on {many(tasks, 'task')}"
     )
 
 
@@ -111,7 +107,8 @@ def _table(table: Table) -> str:
         cells = "".join(_cell(table.cell(row, column), table.digits) for column in table.columns)
         body += f'<tr><th scope="row">{_heading(row)}</th>{cells}</tr>\n'
     return (
-        f'<div class="wide"><table id="{table.name}"><caption>{escape(table.title)}</caption>\n'
+        f'<h3 id="{table.name}">{escape(table.title)}</h3>\n'
+        f'<div class="wide"><table aria-labelledby="{table.name}">\n'
         f"<thead><tr><th></th>{head}</tr></thead>\n<tbody>\n{body}</tbody></table></div>\n"
     )
 

@@ -28,6 +28,11 @@ def number(value: float, digits: int) -> str:
     return text.replace("-", "−")
 
 
+def many(count: int, word: str) -> str:
+    """A number of things, with its plural."""
+    return f"{count:,} {word}{'' if count == 1 else 's'}"
+
+
 def value_text(cell: Cell, digits: int) -> str:
     """Mean ± std, or a dash."""
     if cell.spread is None:
