@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,34 +9,12 @@ from pathlib import Path
 from omegaconf import DictConfig, OmegaConf
 
 from origami_lab.errors import InputError
+from origami_lab.experiment.finding import find_runs
 from origami_lab.experiment.locks import held, locked
 from origami_lab.experiment.mlflow_runs import Runs
 from origami_lab.experiment.note import read_note
 from origami_lab.experiment.settings import Settings, read_settings
 from origami_lab.experiment.stores import RefusedError, StoreError, absolute_uri, check_store, default_uri, explain
-
-_NOT_OURS = re.compile(r"\.|[0-9a-f]{32}$")
-"""Hidden folders, and MLflow's own for its runs, which hold copies of a run folder's files."""
-
-
-def find_runs(directory: Path) -> Iterator[Path]:
-    """The run folders at or below a directory, in order.
-
-    Raises
-    ------
-    InputError
-        If there is none.
-    """
-    found = False
-    for place, folders, files in os.walk(directory):
-        if "config.yaml" in files and ("trials.csv" in files or any(name.startswith("seed=") for name in folders)):
-            found = True
-            folders.clear()
-            yield Path(place)
-        else:
-            folders[:] = sorted(name for name in folders if not _NOT_OURS.match(name))
-    if not found:
-        raise InputError("--sync", directory, "there is no run folder at or below it (config.yaml and trials.csv)")
 
 
 def read_run(folder: Path) -> Settings:
@@ -99,7 +75,7 @@ def sync(
         uri = absolute_uri(uri)
     failed, stores = 0, set[str]()
     dead: dict[str, str] = {}
-    for folder in (folder for directory in directories for folder in find_runs(directory)):
+    for folder in (folder for directory in directories for folder in find_runs(directory, "--sync")):
         store = uri
         try:
             settings = read_run(folder)

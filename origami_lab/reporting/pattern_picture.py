@@ -38,7 +38,12 @@ _GLOW = {"M": "#f9c9c4", "V": "#c6d8f8", "F": "#dddee2"}
 
 
 def draw_pattern(fold: FoldFile, path: str | os.PathLike[str], *, size: int = 900) -> None:
-    """A PNG, ``size`` pixels square, of the crease pattern.
+    """A PNG, ``size`` pixels square, of the crease pattern, as :func:`pattern_figure` draws it."""
+    pattern_figure(fold, size).savefig(Path(path), format="png", metadata={"Software": None})
+
+
+def pattern_figure(fold: FoldFile, size: int = 900) -> Figure:
+    """The crease pattern, ``size`` pixels square.
 
     Mountains red and solid, valleys blue and dashed, the boundary black, flat creases thin and grey, driven creases
     thicker on a glow; vertices by rigid body mode.
@@ -77,7 +82,7 @@ def draw_pattern(fold: FoldFile, path: str | os.PathLike[str], *, size: int = 90
         columnspacing=2.2,
         labelspacing=0.45,
     )
-    figure.savefig(Path(path), format="png", metadata={"Software": None})
+    return figure
 
 
 def _window(vertices: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:

@@ -84,11 +84,18 @@ def spreads(rows: Iterable[Row]) -> dict[str, Spread]:
     rows = [row for row in rows if spent_budget(row)]
     found = {}
     for column in RETURNS:
-        values = [float(row[column]) for row in rows if row.get(column) is not None]
-        if values:
-            std = statistics.stdev(values) if len(values) > 1 else None
-            found[column] = Spread(statistics.fmean(values), std, len(values))
+        spread = spread_of(float(row[column]) for row in rows if row.get(column) is not None)
+        if spread is not None:
+            found[column] = spread
     return found
+
+
+def spread_of(values: Iterable[float]) -> Spread | None:
+    """Mean ± std of numbers; None if there are none."""
+    values = list(values)
+    if not values:
+        return None
+    return Spread(statistics.fmean(values), statistics.stdev(values) if len(values) > 1 else None, len(values))
 
 
 def best_row(rows: Iterable[Row]) -> Row | None:

@@ -15,10 +15,11 @@ from typing import Any
 import pytest
 
 from origami_lab.errors import InputError
+from origami_lab.experiment.finding import find_runs
 from origami_lab.experiment.locks import held
 from origami_lab.experiment.mlflow_runs import Runs
 from origami_lab.experiment.stores import StoreError, create_database, open_client
-from origami_lab.experiment.sync import find_runs, read_run
+from origami_lab.experiment.sync import read_run
 from origami_lab.reporting.tables import format_trials, read_trials
 from tests.experiment.conftest import run
 
@@ -179,11 +180,11 @@ def test_run_folders_are_found_and_mlflow_s_copies_are_not(tmp_path: Path) -> No
         (tmp_path / name).mkdir(parents=True)
         (tmp_path / name / "config.yaml").touch()
         (tmp_path / name / "trials.csv").touch()
-    assert list(find_runs(tmp_path)) == [tmp_path / "results/a/1", tmp_path / "results/b/1"]
-    assert list(find_runs(tmp_path / "results/a/1")) == [tmp_path / "results/a/1"]
+    assert list(find_runs(tmp_path, "--sync")) == [tmp_path / "results/a/1", tmp_path / "results/b/1"]
+    assert list(find_runs(tmp_path / "results/a/1", "--sync")) == [tmp_path / "results/a/1"]
     for name in ("results/mlartifacts", "nowhere"):
         with pytest.raises(InputError, match=r"--sync=.*no run folder"):
-            list(find_runs(tmp_path / name))
+            list(find_runs(tmp_path / name, "--sync"))
 
 
 def test_the_dashboard_serves_the_store_until_ctrl_c(tracked: Path) -> None:

@@ -1,0 +1,61 @@
+"""`origami-lab report`: tables, curves and pictures of many runs, from what is on disk."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from origami_lab.errors import InputError
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Write the report and say where it is; returns the exit code."""
+    parser = argparse.ArgumentParser(
+        "origami-lab report",
+        description="Compare runs: tables of returns and interactions, learning curves, a gallery, on one page.",
+    )
+    parser.add_argument(
+        "directories", nargs="+", metavar="DIR", help="a run's folder, or one that holds some at any depth"
+    )
+    parser.add_argument("--output", metavar="DIR", help="where to write (default: report in the first DIR)")
+    parser.add_argument(
+        "--beside",
+        metavar="FILE",
+        help="a CSV file of values to print beside ours (columns task,method,table,mean,std,source), or: paper",
+    )
+    parser.add_argument(
+        "--solved",
+        metavar="RETURN",
+        help="the return at which a trial counts as solved (default: within 1 %% or 0.001 of the task's best)",
+    )
+    try:
+        options = parser.parse_args(arguments)
+    except SystemExit as ended:
+        return int(ended.code or 0)
+    from origami_lab.report.beside import read_beside
+    from origami_lab.report.build import build_report
+
+    report = build_report(
+        [Path(name) for name in options.directories],
+        None if options.output is None else Path(options.output),
+        None if options.beside is None else read_beside(options.beside),
+        None if options.solved is None else _number(options.solved),
+        lambda line: print(line, flush=True),
+    )
+    for note in report.notes:
+        print(f"note: {note.shown()}", file=sys.stderr)
+    print(report)
+    return 0
+
+
+def _number(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError("--solved", text, "must be a return, a number")
+    return value

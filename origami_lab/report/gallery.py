@@ -1,0 +1,186 @@
+"""The designs: the best folded shape of each searcher and task, the crease pattern and the motion of each task's best.
+
+All is drawn from the files of the trials; what a folder lacks is named in a note.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from PIL import Image
+
+from origami_lab.errors import InputError
+from origami_lab.export.fold import read_fold
+from origami_lab.export.foldfile import FoldFile
+from origami_lab.report.collect import Note, Trial
+from origami_lab.report.figures import HIGHLIGHT, INK, QUIET, new_figure
+from origami_lab.report.grouping import Groups, Heading
+from origami_lab.report.writing import number
+from origami_lab.reporting.folded_picture import Studio, sheet_of
+from origami_lab.reporting.motion import steps
+from origami_lab.reporting.pictures import TargetSurface, read_target
+
+SIZE = 300
+"""Pixels, the side of a picture."""
+MOTION_STEPS = 5
+_SAME = 1e-9
+"""Returns that differ by less are equally good."""
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """The best design of one searcher on one task."""
+
+    trial: Trial
+    fold: FoldFile
+    image: Image.Image
+    best: bool
+    """Whether no other searcher's is better on that task."""
+
+    @property
+    def caption(self) -> str:
+        return f"{number(float(self.trial.row['return']), 4)}, seed {self.trial.seed}"
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """The folding motion of a task's best design."""
+
+    row: Heading
+    trial: Trial
+    images: tuple[Image.Image, ...]
+    angles: tuple[float | None, ...]
+    """Driving angles in degrees."""
+
+
+def draw_shapes(groups: Groups, notes: list[Note]) -> dict[tuple[Heading, Heading], Shape]:
+    """The best design of each cell, by row and column; those of a task from one place in the same scale."""
+    found: dict[tuple[Heading, Heading], Shape] = {}
+    for column in groups.columns:
+        designs = {}
+        for row, group in groups.column(column):
+            if group.best is not None:
+                fold = _read(group.best, ("best.fold", "motion.fold"), notes, "not in the gallery")
+                if fold is not None:
+                    designs[row] = (group.best, fold)
+        if not designs:
+            continue
+        top = max(float(trial.row["return"]) for trial, _ in designs.values())
+        points = np.vstack([fold.best.coords for _, fold in designs.values()])
+        studio = Studio(points, _target([trial for trial, _ in designs.values()], notes), SIZE, trim=True)
+        for row, (trial, fold) in designs.items():
+            image = studio.picture(sheet_of(fold), fold.best.coords)
+            found[row, column] = Shape(trial, fold, image, float(trial.row["return"]) >= top - _SAME)
+    return found
+
+
+def best_shape(
+    groups: Groups, column: Heading, shapes: Mapping[tuple[Heading, Heading], Shape]
+) -> tuple[Heading, Shape] | None:
+    """A task's best design that is on disk, and its row."""
+    known = [(row, shapes[row, column]) for row in groups.rows if (row, column) in shapes]
+    return max(known, key=lambda pair: float(pair[1].trial.row["return"]), default=None)
+
+
+def draw_motion(row: Heading, shape: Shape, notes: list[Note]) -> Motion:
+    """From the flat sheet to the best angle, in pictures from one place; true folded forms, none interpolated."""
+    fold = _read(shape.trial, ("motion.fold",), notes, "its motion is drawn in fewer steps") or shape.fold
+    forms = steps(fold)
+    chosen = sorted({round(index) for index in np.linspace(0, len(forms) - 1, MOTION_STEPS)})
+    forms = tuple(forms[index] for index in chosen)
+    target = _target([shape.trial], [])
+    studio = Studio(np.vstack([form.coords for form in forms]), target, SIZE, trim=True)
+    sheet = sheet_of(fold)
+    angles = (form.driving_angle for form in forms)
+    return Motion(
+        row,
+        shape.trial,
+        tuple(studio.picture(sheet, form.coords) for form in forms),
+        tuple(None if angle is None else float(np.degrees(angle)) for angle in angles),
+    )
+
+
+def _read(trial: Trial, names: Iterable[str], notes: list[Note], without: str) -> FoldFile | None:
+    """The first of the trial's files that can be read; a note says what is ``without`` it."""
+    reasons = []
+    for name in names:
+        try:
+            return read_fold(trial.folder / name)
+        except InputError as error:
+            reasons.append(f"{name}: {error.value}")
+    notes.append(Note(f"{without} ({'; '.join(reasons)})", (trial.folder,)))
+    return None
+
+
+def _target(trials: Sequence[Trial], notes: list[Note]) -> TargetSurface | None:
+    """The target's surface from the first run folder that has it; None for objectives without a target."""
+    for trial in trials:
+        try:
+            return read_target(trial.run / "target.ply")
+        except InputError:
+            continue
+    if any(trial.row.get("return_vertex") is not None for trial in trials):
+        notes.append(Note("drawn without its target, there is no target.ply that can be read", (trials[0].run,)))
+    return None
+
+
+def gallery_figure(groups: Groups, shapes: Mapping[tuple[Heading, Heading], Shape]) -> Figure:
+    """All shapes, a row a task and a column a searcher; the best of each task framed."""
+    rows, columns = groups.columns, groups.rows
+    figure = new_figure(1.1 + 2.0 * len(columns), 0.4 + 2.0 * len(rows))
+    grid = figure.subplots(len(rows), len(columns), squeeze=False)
+    for i, task in enumerate(rows):
+        for j, searcher in enumerate(columns):
+            axes, shape = grid[i, j], shapes.get((searcher, task))
+            _clear(axes)
+            if shape is None:
+                axes.text(0.5, 0.5, "–", ha="center", va="center", color=QUIET, transform=axes.transAxes)
+            else:
+                _show(axes, shape.image)
+                axes.set_xlabel(shape.caption, fontsize=8, color=INK if shape.best else QUIET)
+                _frame(axes, shape.best)
+            if i == 0:
+                axes.set_title(_broken(searcher.label), fontsize=10, fontweight="bold", color=INK, parse_math=False)
+            if j == 0:
+                axes.set_ylabel(_broken(task.label), fontsize=10, fontweight="bold", color=INK, parse_math=False)
+    return figure
+
+
+def motion_figure(motion: Motion, column: Heading) -> Figure:
+    """The steps of a motion from left to right."""
+    count = len(motion.images)
+    height = 2.0 * motion.images[0].height / motion.images[0].width + 0.6
+    figure = new_figure(2.0 * count, height)
+    grid = figure.subplots(1, count, squeeze=False)[0]
+    for axes, image, angle in zip(grid, motion.images, motion.angles, strict=True):
+        _clear(axes)
+        _show(axes, image)
+        if angle is not None:
+            axes.set_xlabel(f"{angle:.1f}°", fontsize=9, color=QUIET)
+    grid[0].set_title(column.label, loc="left", fontsize=11, fontweight="bold", color=INK, parse_math=False)
+    return figure
+
+
+def _clear(axes: Axes) -> None:
+    axes.set(xticks=[], yticks=[])
+    axes.spines[:].set_visible(False)
+
+
+def _show(axes: Axes, image: Image.Image) -> None:
+    axes.imshow(np.asarray(image))
+
+
+def _frame(axes: Axes, best: bool) -> None:
+    if best:
+        axes.spines[:].set(visible=True, color=HIGHLIGHT, linewidth=1.8)
+
+
+def _broken(label: str) -> str:
+    """What tells a name from others goes below it, in lines as wide as a picture."""
+    name, bracket, rest = label.partition(" (")
+    return "\n".join([name, *textwrap.wrap(f"({rest}", 24)]) if bracket else label

@@ -1,0 +1,169 @@
+"""The tables: mean ± std of returns and of interactions to the best design; a row a searcher, a column a task."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+
+from origami_lab.report.beside import Beside, Known
+from origami_lab.report.grouping import METHODS, Group, Groups, Heading
+from origami_lab.reporting.tables import FAILED, NO_DESIGN, OK, STOPPED, Spread, spread_of, spreads
+
+MISSING = "–"
+HIGHER, LOWER = "↑", "↓"
+"""Ours against the value beside it."""
+DISTANCES = ("vertex", "surface", "sampled")
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One searcher on one task."""
+
+    spread: Spread | None
+    """None where nothing was run, or nothing of it counts."""
+    known: Known | None = None
+    best: bool = False
+    """Whether it is the best of its column, as printed."""
+
+    @property
+    def mark(self) -> str:
+        """An arrow where the value beside ours differs by more than a standard deviation."""
+        if self.spread is None or self.known is None or not self.known.differs(self.spread):
+            return ""
+        return HIGHER if self.spread.mean > self.known.mean else LOWER
+
+
+@dataclass(frozen=True)
+class Table:
+    """What one table says; how it is written is up to :mod:`origami_lab.report.writing`."""
+
+    name: str
+    """``returns``, ``returns_surface`` …, ``interactions``"""
+    title: str
+    rows: tuple[Heading, ...]
+    columns: tuple[Heading, ...]
+    cells: Mapping[tuple[Heading, Heading], Cell]
+    notes: tuple[str, ...]
+    digits: int
+
+    def cell(self, row: Heading, column: Heading) -> Cell:
+        return self.cells.get((row, column), Cell(None))
+
+
+def return_tables(groups: Groups, beside: Beside | None = None) -> list[Table]:
+    """The returns that the searches went by, then, for targets, those under the distances that say something else."""
+    beside = beside or {}
+    used = sorted({group.distance for group in groups.cells.values() if group.distance is not None})
+    title = "Best return" + (f" ({' or '.join(used)} distance, the search's own)" if used else "")
+    first = _values(groups, "return")
+    tables = [_table(groups, "returns", title, first, beside, 4)]
+    for distance in DISTANCES:
+        values = _values(groups, f"return_{distance}")
+        # what the search used is the return: said once
+        if any(_differ(first.get(place), spread) for place, spread in values.items()):
+            name = f"returns_{distance}"
+            tables.append(_table(groups, name, f"Best return, measured by {distance} distance", values, beside, 4))
+    return tables
+
+
+def interactions_table(groups: Groups, beside: Beside | None = None) -> Table:
+    """Interactions until the best design was found, in thousands, of the trials that found one."""
+    values = {}
+    for place, group in groups.cells.items():
+        found = (t.row["interactions_to_best"] / 1000 for t in group.counted if t.row["status"] == OK)
+        spread = spread_of(found)
+        if spread is not None:
+            values[place] = spread
+    return _table(groups, "interactions", "Interactions to the best design, in thousands", values, beside or {}, 1)
+
+
+Place = tuple[Heading, Heading]
+
+
+def _values(groups: Groups, column: str) -> dict[Place, Spread]:
+    found = {place: spreads(t.row for t in group.counted).get(column) for place, group in groups.cells.items()}
+    return {place: spread for place, spread in found.items() if spread is not None}
+
+
+def _differ(one: Spread | None, other: Spread) -> bool:
+    return one is None or abs(one.mean - other.mean) > 1e-9 or abs((one.std or 0) - (other.std or 0)) > 1e-9
+
+
+def _table(groups: Groups, name: str, title: str, values: Mapping[Place, Spread], beside: Beside, digits: int) -> Table:
+    columns = tuple(c for c in groups.columns if name in ("returns", "interactions") or any(c == p[1] for p in values))
+    kind = name.partition("_")[0]
+    known = {key[1:]: value for key, value in beside.items() if key[0] == kind}
+    rows = _with_known_rows(groups.rows, columns, known)
+    ours = {(row.name, column.name) for row, column in values}
+    cells = {}
+    for column in columns:
+        means = [values[row, column].mean for row in rows if (row, column) in values]
+        # as printed: trials that end at the same optimum differ in the last bits
+        top = f"{max(means):.{digits}f}" if kind == "returns" and len(means) > 1 else None
+        for row in rows:
+            spread = values.get((row, column))
+            best = spread is not None and f"{spread.mean:.{digits}f}" == top
+            shown = spread is not None or ((row.name, column.name) not in ours and row.is_usual and column.is_usual)
+            cells[row, column] = Cell(spread, known.get((row.name, column.name)) if shown else None, best)
+    notes = _notes(groups, columns, kind) + _known_notes(cells.values())
+    return Table(name, title, rows, columns, cells, tuple(notes), digits)
+
+
+def _with_known_rows(
+    rows: tuple[Heading, ...], columns: Iterable[Heading], known: Mapping[tuple[str, str], Known]
+) -> tuple[Heading, ...]:
+    """Our rows, and the searchers that only the values beside ours have."""
+    tasks, ours = {column.name for column in columns}, {row.name for row in rows}
+    others = sorted({method for method, task in known if task in tasks and method not in ours})
+    every = [*rows, *(Heading(method, method) for method in others)]
+    place = {method: index for index, method in enumerate(METHODS)}
+    return tuple(sorted(every, key=lambda row: place.get(row.name, len(METHODS))))
+
+
+def _notes(groups: Groups, columns: Iterable[Heading], kind: str) -> list[str]:
+    """What a reader must know to compare the cells."""
+    counted = "in parentheses the number of trials"
+    bold = "; the best of each column is bold" if kind == "returns" else ""
+    notes = [f"Mean ± sample standard deviation, {counted}{bold}; {MISSING} was not run or has no trial that counts."]
+    cells = {(row, column): group for column in columns for row, group in groups.column(column)}
+    notes += _unequal(cells, "Budget, in interactions a trial", lambda group: group.budget)
+    notes += _unequal(cells, "Trials", lambda group: len(group.counted), only_if_unequal=True)
+    for (row, column), group in cells.items():
+        words = [f"{group.number(s)} {s}" for s in (FAILED, STOPPED) if group.number(s)]
+        if words:
+            notes.append(f"{column.label}, {row.label}: {' and '.join(words)}, not counted.")
+        empty = group.number(NO_DESIGN)
+        if empty:
+            means = "their return is the penalty" if kind == "returns" else "which do not count here"
+            trials = f"{empty} of {len(group.counted)} trials"
+            notes.append(f"{column.label}, {row.label}: {trials} found no design that folds; {means}.")
+    return notes
+
+
+def _unequal(
+    cells: Mapping[Place, Group], what: str, number: Callable[[Group], int], only_if_unequal: bool = False
+) -> list[str]:
+    """One line that names a number, and the cells that have another one than most."""
+    numbers = {place: number(group) for place, group in cells.items()}
+    counts = Counter(numbers.values())
+    if not counts or (only_if_unequal and len(counts) == 1):
+        return []
+    usual = max(counts, key=lambda value: (counts[value], value))
+    others: dict[int, list[str]] = {}
+    for (row, column), value in numbers.items():
+        if value != usual:
+            others.setdefault(value, []).append(f"{column.label} {row.label}")
+    listed = "".join(f"; {value:,} for {', '.join(names)}" for value, names in sorted(others.items()))
+    return [f"{what}: {usual:,}{listed}."]
+
+
+def _known_notes(cells: Iterable[Cell]) -> list[str]:
+    known = [cell for cell in cells if cell.known is not None]
+    sources = sorted({cell.known.source for cell in known if cell.known is not None})
+    if not known:
+        return []
+    return [
+        f"In brackets: {', '.join(sources)}. {HIGHER} {LOWER} ours is higher or lower by more than one standard"
+        " deviation (the larger of the two)."
+    ]

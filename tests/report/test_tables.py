@@ -1,0 +1,184 @@
+"""The tables of a report, against means and deviations that were worked out by hand."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+from pathlib import Path
+
+import pytest
+
+from origami_lab.errors import InputError
+from origami_lab.report.beside import Known, read_beside
+from origami_lab.report.tables import Table, interactions_table, return_tables
+from origami_lab.report.writing import csv_text, latex, markdown, number, tex
+from origami_lab.reporting.tables import Spread
+from tests.report.runs import failed, gather, trial, write_run
+
+HALF = math.sqrt(0.5)  # the sample standard deviation of two numbers that are 1 apart
+
+
+@pytest.fixture
+def four(tmp_path: Path) -> Path:
+    """Two searchers, two tasks, one cell missing."""
+    write_run(tmp_path / "a", "cube", "rdm", [trial(-1.0, 1000), trial(-2.0, 2000), trial(-3.0, 6000)])
+    write_run(tmp_path / "b", "cube", "evo", [trial(-0.5, 500), trial(-1.5, 1500), failed()])
+    write_run(tmp_path / "c", "pyramid", "rdm", [trial(-0.25)], budget=5000)
+    return tmp_path
+
+
+def by_label(table: Table, row: str, column: str) -> Spread | None:
+    [found] = [cell for (r, c), cell in table.cells.items() if (r.label, c.label) == (row, column)]
+    return found.spread
+
+
+def close(spread: Spread | None, mean: float, std: float | None, n: int) -> bool:
+    assert spread is not None
+    same = spread.std == pytest.approx(std) if std is not None else spread.std is None
+    return spread.mean == pytest.approx(mean) and same and spread.n == n
+
+
+def test_means_and_deviations(four: Path) -> None:
+    _, groups, _ = gather(four)
+    tables = return_tables(groups)
+    assert [table.name for table in tables] == ["returns"]  # the distances say nothing else
+    [table] = tables
+    assert [column.label for column in table.columns] == ["pyramid", "cube"]
+    assert [row.label for row in table.rows] == ["rdm", "evo"]
+    assert close(by_label(table, "rdm", "cube"), -2.0, 1.0, 3)
+    assert close(by_label(table, "evo", "cube"), -1.0, HALF, 2)
+    assert close(by_label(table, "rdm", "pyramid"), -0.25, None, 1)
+    assert by_label(table, "evo", "pyramid") is None
+    best = {(r.label, c.label) for (r, c), cell in table.cells.items() if cell.best}
+    assert best == {("evo", "cube")}
+    interactions = interactions_table(groups)
+    assert close(by_label(interactions, "rdm", "cube"), 3.0, math.sqrt(7), 3)
+    assert close(by_label(interactions, "evo", "cube"), 1.0, HALF, 2)
+
+
+def test_what_a_reader_must_know_is_said(four: Path) -> None:
+    write_run(
+        four / "d", "pyramid", "evo", [trial(-8.0, status="no design"), trial(-1.0), trial(-5.0, status="stopped")]
+    )
+    _, groups, notes = gather(four)
+    [table] = return_tables(groups)
+    said = "\n".join(table.notes)
+    assert "cube, evo: 1 failed, not counted." in said
+    assert "pyramid, evo: 1 stopped, not counted." in said
+    assert "pyramid, evo: 1 of 2 trials found no design that folds; their return is the penalty." in said
+    assert "Budget, in interactions a trial: 1,000; 5,000 for pyramid rdm." in said
+    assert "Trials: 2; 1 for pyramid rdm; 3 for cube rdm." in said
+    assert close(by_label(table, "evo", "pyramid"), -4.5, 7 * HALF, 2)
+    assert close(by_label(interactions_table(groups), "evo", "pyramid"), 0.1, None, 1)
+    assert any(note.endswith("not finished, 2 of 3 trials") for note in notes)
+
+
+def test_each_distance_has_its_table(four: Path) -> None:
+    rows = [
+        trial(-1.0, return_surface=-1.5, return_sampled=-1.0),
+        trial(-2.0, return_surface=-2.5, return_sampled=-2.0),
+    ]
+    write_run(four / "d", "bowl", "rdm", rows)
+    none = dict.fromkeys(("return_vertex", "return_surface", "return_sampled"))
+    write_run(four / "e", "table", "rdm", [trial(-3.0, **none)], objective={"_target_": "x.Table"})
+    _, groups, _ = gather(four)
+    first, surface = return_tables(groups)
+    assert first.title == "Best return (vertex distance, the search's own)"
+    assert surface.name == "returns_surface"
+    assert close(by_label(first, "rdm", "bowl"), -1.5, HALF, 2)
+    assert close(by_label(surface, "rdm", "bowl"), -2.0, HALF, 2)
+    assert [column.label for column in first.columns][-1] == "table"
+    assert "table" not in [column.label for column in surface.columns]
+
+
+def test_csv_parses_back(four: Path) -> None:
+    _, groups, _ = gather(four)
+    lines = list(csv.DictReader(io.StringIO(csv_text(return_tables(groups), groups))))
+    cells = {(line["row"], line["column"]): line for line in lines}
+    assert len(lines) == 4
+    assert float(cells["rdm", "cube"]["mean"]) == -2.0
+    assert float(cells["rdm", "cube"]["std"]) == 1.0
+    evo = cells["evo", "cube"]
+    assert (evo["trials"], evo["failed"], evo["best"], evo["budget"]) == ("2", "1", "yes", "1000")
+    missing = cells["evo", "pyramid"]
+    assert (missing["mean"], missing["std"], missing["trials"], missing["budget"]) == ("", "", "0", "")
+
+
+def test_latex_parses_back(four: Path) -> None:
+    _, groups, _ = gather(four)
+    text = latex(return_tables(groups))
+    body = text.split(r"\hline")[2]
+    rows = {cells[0].strip(): cells[1:] for line in body.strip().split(r"\\") if (cells := line.split("&"))[1:]}
+    assert rows.keys() == {"rdm", "evo"}
+    value = re.compile(r"\$(?:\\mathbf\{)?(-?[\d.]+)(?:\\pm ([\d.]+))?\}?\$ \((\d+)\)")
+    assert [value.search(cell).groups() for cell in rows["rdm"]] == [  # type: ignore[union-attr]
+        ("-0.2500", None, "1"),
+        ("-2.0000", "1.0000", "3"),
+    ]
+    assert rows["evo"][0].strip() == "--"
+    assert r"\mathbf{-1.0000\pm 0.7071}" in rows["evo"][1]
+    assert text.count("{") == text.count("}")
+    assert not re.search(r"[−±–↑↓]", text)
+    assert tex("a_b & 50% #1 {x}") == r"a\_b \& 50\% \#1 \{x\}"
+
+
+def test_markdown_has_a_cell_for_everything(four: Path) -> None:
+    _, groups, _ = gather(four)
+    lines = markdown(return_tables(groups)).splitlines()
+    table = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("|")]
+    assert table[0] == ["", "pyramid", "cube"]
+    assert table[2] == ["rdm", "−0.2500 (1)", "−2.0000 ± 1.0000 (3)"]
+    assert table[3] == ["evo", "–", "**−1.0000 ± 0.7071** (2)"]
+
+
+def test_equal_as_printed_is_equally_good(tmp_path: Path) -> None:
+    for method, value in (("rdm", -0.5), ("evo", -0.5 - 1e-12), ("dfts", -0.6)):
+        write_run(tmp_path / method, "cube", method, [trial(value), trial(value)])
+    _, groups, _ = gather(tmp_path)
+    [table] = return_tables(groups)
+    assert {row.label for (row, _), cell in table.cells.items() if cell.best} == {"rdm", "evo"}
+
+
+def test_numbers() -> None:
+    assert [number(value, 2) for value in (-1.005, 0.0, -0.001, 12345.678)] == ["−1.00", "0.00", "0.00", "12,345.68"]
+
+
+def test_the_paper_s_values_beside_ours(four: Path) -> None:
+    _, groups, _ = gather(four)
+    paper = read_beside("paper")
+    assert len(paper) == 2 * 6 * 4
+    [table] = return_tables(groups, paper)
+    assert [row.label for row in table.rows] == ["rdm", "dfts", "bfts", "mcts", "ppo", "evo"]
+    cells = {(row.label, column.label): cell for (row, column), cell in table.cells.items()}
+    # the paper: rdm on the cube -0.76 ± 0.13, ours -2 ± 1, so more than either; evo -0.44 ± 0.30, ours -1 ± 0.71
+    assert cells["rdm", "cube"].known == Known(-0.76, 0.13, "the paper", 2)
+    assert cells["rdm", "cube"].mark == "↓"
+    assert cells["evo", "cube"].mark == ""
+    assert cells["ppo", "cube"].spread is None
+    text = markdown([table])
+    assert "| rdm | −0.2500 (1) [−0.09 ± 0.00]↓ | −2.0000 ± 1.0000 (3) [−0.76 ± 0.13]↓ |" in text
+    assert "| ppo | – [−0.09 ± 0.01] | – [−0.68 ± 0.28] |" in text
+    assert r"[$-0.76\pm 0.13$]$^{\downarrow}$" in latex([table])
+    assert "In brackets: the paper." in text
+    assert interactions_table(groups, paper).cell(table.rows[0], table.columns[1]).known == Known(
+        73, 89, "the paper", 0
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        (None, "must be paper or a CSV file"),
+        ("task,method\n", "there is no table, mean, std, source"),
+        ("task,method,table,mean,std,source\na,b,returns,x,,\n", "line 2: mean and std must be numbers"),
+        ("task,method,table,mean,std,source\na,b,other,1,,\n", "line 2: table must be returns or interactions"),
+    ],
+)
+def test_files_beside_that_are_none(tmp_path: Path, text: str | None, why: str) -> None:
+    file = tmp_path / "beside.csv"
+    if text is not None:
+        file.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=why):
+        read_beside(str(file))
