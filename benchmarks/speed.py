@@ -42,6 +42,8 @@ from origami_lab.game.undo import note_dtype, step_back, step_noted
 from origami_lab.jit import kernel
 from origami_lab.objectives.shape import ShapeObjective
 from origami_lab.objectives.targets import bowl
+from origami_lab.search.evo import EvolutionarySearch
+from origami_lab.search.mcts import MonteCarloTreeSearch
 from origami_lab.search.problem import Problem, Searcher
 from origami_lab.search.random import RandomSearch
 from origami_lab.search.tree import BreadthFirstSearch, DepthFirstSearch
@@ -164,6 +166,8 @@ def rates(seconds: float, calibrated: float) -> list[str]:
         "dfts": DepthFirstSearch(),
         "bfts": BreadthFirstSearch(),
         "bfts, 10 restarts": BreadthFirstSearch(restarts=10),
+        "evo": EvolutionarySearch(),
+        "mcts": MonteCarloTreeSearch(),
     }
     lines = [
         "| searcher | interactions per second | of rdm | per unit of calibration | best return | its vertices |",

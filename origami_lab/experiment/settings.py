@@ -94,9 +94,6 @@ def read_settings(config: DictConfig) -> Settings:
     start, objective, search = (read.part(name) for name in ("start", "objective", "search"))
     if "distance" in objective:
         read.choice("objective.distance", ("vertex", "surface", "sampled"))
-    for key in ("children", "restarts"):
-        if key in search and search["_target_"].startswith("origami_lab."):
-            search[key] = read.integer(f"search.{key}", 1, 10**9)
     values = _with_absolute_paths(values)
     target = values.get("target")
     if target is not None:

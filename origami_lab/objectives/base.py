@@ -43,7 +43,9 @@ class Evaluator(Protocol):
     the true value is not above it either.
 
     An attribute ``compiled_bound``, if there is one and it is a :class:`~origami_lab.objectives.coverage.Surface`, lets
-    compiled searches bound positions themselves; :meth:`bound` must then give the same.
+    compiled searches bound positions themselves; :meth:`bound` must then give the same. A method
+    ``exact_value(states, memos, i)``, if there is one, gives the value of :meth:`score` with no ``above``, sooner as
+    no angle is asked for, and leaves the memos as they are.
     """
 
     def new_memos(self, count: int) -> Memos:

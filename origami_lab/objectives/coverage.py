@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from origami_lab.game.collisions import place_corner
 from origami_lab.game.state import Record, States, has_image, image_code
-from origami_lab.geometry.bvh import Bvh, build_bvh, inside, nearest_squared
+from origami_lab.geometry.bvh import Bvh, build_bvh, inside, nearest_squared, triangle_squared
 from origami_lab.jit import inlined, kernel
 
 Array = NDArray[np.float64]
@@ -90,6 +90,22 @@ def stray(s: Record, r: Record, memo: Record, target: Surface, enough: float) ->
 def stray_of(states: States, i: int, rules: States, memos: States, target: Surface, enough: float) -> float:
     """:func:`stray` of one of several states."""
     return stray(states[i], rules[0], memos[i], target, enough)
+
+
+@inlined
+def vertex_stray(s: Record, r: Record, v: int, k: int, target: Surface, start: float, enough: float) -> float:
+    """max(start, distance of a vertex and its images from the target) at driving angle k, or at least ``enough``."""
+    corner = np.empty((1, 3))
+    farthest = start
+    for g in range(r.order if target.images else 1):
+        if farthest >= enough or (g > 0 and not has_image(r, s.axis[v], g)):
+            continue
+        place_corner(s, r, 8 * v + g, k, corner, 0)
+        x, y, z = corner[0, 0], corner[0, 1], corner[0, 2]
+        squared = nearest_squared(target.bvh, x, y, z, farthest * farthest, enough * enough)
+        if squared > farthest * farthest and not (target.solid and inside(target.bvh, x, y, z)):
+            farthest = np.sqrt(squared)
+    return farthest
 
 
 @kernel
@@ -189,6 +205,25 @@ def uncovered(samples: Bvh, surface: Bvh, start: float, enough: float, hint: NDA
 
 
 @kernel
+def uncovered_at(
+    s: Record, r: Record, k: int, samples: Bvh, start: float, enough: float, hint: NDArray[np.int64]
+) -> float:
+    """:func:`uncovered` by the sheet folded to driving angle k."""
+    triangles = folded_triangles(s, r, k)
+    if enough < np.inf:
+        # most angles fall at the sample that decided last, and without it the tree need not be built
+        point = samples.triangles[hint[0], 0]
+        squared = np.inf
+        for t in range(triangles.shape[0]):
+            squared = min(squared, triangle_squared(triangles, t, point[0], point[1], point[2]))
+            if squared < enough * enough:
+                break
+        else:
+            return enough
+    return uncovered(samples, build_bvh(triangles), start, enough, hint)
+
+
+@kernel
 def vertex_distance(
     states: States,
     i: int,
@@ -218,7 +253,44 @@ def vertex_distance(
         tried[k] = True
         # compared without the penalty first: adding it again may round a refused distance below the best
         limit = best - memo.penalty[k]
-        d = uncovered(samples, build_bvh(folded_triangles(s, r, k)), memo.stray[k], limit, hint)
+        d = uncovered_at(s, r, k, samples, memo.stray[k], limit, hint)
         if d < limit and d + memo.penalty[k] < best:
             best, angle = d + memo.penalty[k], k
     return (best, angle) if angle >= 0 else (np.inf, -1)
+
+
+@kernel
+def least_distance(
+    states: States,
+    i: int,
+    rules: States,
+    memos: States,
+    target: Surface,
+    samples: Bvh,
+    hint: NDArray[np.int64],
+) -> float:
+    """The smallest max(d→, d←) over the usable angles, infinite if there is none; compactness is left out.
+
+    For whoever needs the value of every design, good or bad, and no angle. Always the angle that is known to stray
+    least is looked at: its next vertex, from the last one back, as the outer ones stray most; then its d←. Vertices
+    that the memo has no d→ of need not be measured before, and it stays as it is.
+    """
+    s, r, memo = states[i], rules[0], memos[i]
+    first, best = r.min_reach - 1, np.inf
+    if s.n_triangles == 0 or s.reach <= first:
+        return best
+    known = memo.stray[: s.reach].copy()
+    ahead = np.full(s.reach, s.n_vertices)  # the vertices before this one are not measured yet
+    while True:
+        k, least = -1, best
+        for j in range(first, s.reach):
+            if known[j] < least:
+                k, least = j, known[j]
+        if k < 0:
+            return best
+        if ahead[k] > memo.measured:
+            ahead[k] -= 1
+            known[k] = vertex_stray(s, r, ahead[k], k, target, least, best)
+        else:
+            best = min(best, uncovered_at(s, r, k, samples, least, best, hint))
+            known[k] = np.inf

@@ -16,7 +16,7 @@ from origami_lab.errors import InputError
 from origami_lab.game.game import Game
 from origami_lab.game.play import play_greedy
 from origami_lab.game.state import RUNNING
-from origami_lab.search.checks import check_number, check_whole
+from origami_lab.search.checks import check_flag, check_number, check_whole
 from origami_lab.search.problem import Problem
 
 Values = NDArray[np.float64]
@@ -30,7 +30,8 @@ class EvolutionarySearch:
 
     A generation is evaluated in this order: the parents, mutated by ``sigma_1``; a copy of each, mutated by ``sigma_2``
     once more; another, by ``sigma_3``; newcomers. An agent that plays the same actions as one before it in its
-    generation is worth −∞. The best become the parents of the next.
+    generation is worth −∞. The best become the parents of the next; which of equal ones is left to chance, or the same
+    agents would stay in place, mutated least: returns are plateaus, as one point of the sheet or the target decides.
 
     Parameters
     ----------
@@ -42,6 +43,9 @@ class EvolutionarySearch:
         Standard deviations of the mutations.
     elite
         So many of the best parents stay as they are (the paper: none).
+    rescale
+        Bring the parents' values to mean 0 and standard deviation 1 before they mutate (the paper: no). They play as
+        they did, and mutations keep their strength: otherwise values grow from generation to generation.
     """
 
     def __init__(
@@ -52,19 +56,21 @@ class EvolutionarySearch:
         sigma_2: float = 0.5,
         sigma_3: float = 1.0,
         elite: int = 0,
+        rescale: bool = False,
     ) -> None:
-        check_whole("population", population, 3, 100_000)
+        self.population = check_whole("population", population, 3, 100_000)
         check_number("parents", parents, 0.0, 1.0)
-        self.population, self.parents = population, round(parents * population)
-        if not 1 <= self.parents <= population // 3:
+        self.parents, most = round(parents * self.population), self.population // 3
+        if not 1 <= self.parents <= most:
             raise InputError(
-                "search.parents", parents, f"must make 1 to {population // 3} parents of the population of {population}"
+                "search.parents", parents, f"must make 1 to {most} parents of the population of {self.population}"
             )
         self.sigmas = (sigma_1, sigma_2, sigma_3)
         for number, sigma in enumerate(self.sigmas, start=1):
             check_number(f"sigma_{number}", sigma, 0.0, 1e6)
-        check_whole("elite", elite, 0, self.parents)
-        self.elite = elite
+        self.elite = check_whole("elite", elite, 0, self.parents)
+        check_flag("rescale", rescale)
+        self.rescale = rescale
 
     def search(self, problem: Problem, rng: np.random.Generator) -> None:
         slots = value_slots(problem.game)
@@ -84,10 +90,14 @@ class EvolutionarySearch:
         agents
             (population, m) value vectors.
         returns
-            (population,) what each agent achieved. Of equal ones the earlier is better.
+            (population,) what each agent achieved.
         """
         m, (sigma_1, sigma_2, sigma_3) = agents.shape[1], self.sigmas
-        parents = agents[np.argsort(-returns, kind="stable")[: self.parents]]
+        order = np.lexsort((rng.random(len(returns)), -returns))  # of equal returns at random
+        parents = agents[order[: self.parents]]
+        if self.rescale:
+            parents = parents - parents.mean(axis=1, keepdims=True)
+            parents /= parents.std(axis=1, keepdims=True)
         parents[self.elite :] += sigma_1 * rng.standard_normal((self.parents - self.elite, m))
         return np.concatenate(
             [
@@ -125,9 +135,11 @@ class Arena:
                 problem.episodes += 1
                 value = -math.inf if actions in seen else self.known[actions]
             else:
-                value = problem.finish(self.positions, 0, above=min(worst, problem.best_value))
+                # one that equals the worst of the best may become a parent, too
+                below = min(np.nextafter(worst, -math.inf), problem.best_value)
+                value = problem.finish(self.positions, 0, above=below)
             seen.add(actions)
-            if value > worst:
+            if value >= worst and value > -math.inf:
                 returns[agent] = found[actions] = value
                 best = sorted([*best, value], reverse=True)[: self.parents]
             if problem.done:

@@ -53,7 +53,7 @@ class MonteCarloTreeSearch:
         greedy: bool = True,
         temperature: float = 1.5,
     ) -> None:
-        check_whole("simulations", simulations, 2, 100_000)
+        self.simulations = check_whole("simulations", simulations, 2, 100_000)
         check_number("exploration", exploration, 0.0, 1e6)
         check_number("epsilon", epsilon, 0.0, 1.0)
         check_number("alpha", alpha, 1e-3, 1e6)
@@ -61,7 +61,7 @@ class MonteCarloTreeSearch:
             check_number("unvisited", unvisited, -1.0, 1.0)
         check_flag("greedy", greedy)
         check_number("temperature", temperature, 0.0, 1e3)
-        self.simulations, self.exploration, self.epsilon, self.alpha = simulations, exploration, epsilon, alpha
+        self.exploration, self.epsilon, self.alpha = exploration, epsilon, alpha
         self.unvisited, self.greedy, self.temperature = unvisited, greedy, temperature
 
     def search(self, problem: Problem, rng: np.random.Generator) -> None:

@@ -112,6 +112,7 @@ class Problem:
     ) -> None:
         self.game, self.objective, self.budget, self.certify = game, objective, budget, certify
         self.evaluator: Evaluator = bind(objective, game)
+        self._exact_value = getattr(self.evaluator, "exact_value", None)
         self.interactions = 0
         self.episodes = 0
         self.rejected = 0
@@ -229,6 +230,10 @@ class Problem:
         if game.is_penalised(states, i):
             return game.penalty
         limit = self.best_value if above is None else above
+        if limit == -math.inf and self._exact_value is not None:
+            value = float(self._exact_value(states, positions.memos, i))
+            if value <= self.best_value:
+                return value
         score = self.evaluator.score(states, positions.memos, i, limit)
         if score.angle >= 0 and score.value > self.best_value:
             return self._consider(positions, i, score, limit)

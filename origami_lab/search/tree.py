@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from origami_lab.errors import InputError
 from origami_lab.game.undo import note_dtype, step_back, step_noted
 from origami_lab.search.branching import CONTINUE, ENDED, EXHAUSTED, GIVEN, START, TAKE_BACK, UNBOUNDED, walk
+from origami_lab.search.checks import check_whole
 from origami_lab.search.draws import Draws
 from origami_lab.search.problem import Positions, Problem
 
@@ -36,11 +36,8 @@ class TreeSearch:
     best_first: bool
 
     def __init__(self, children: int = 10, restarts: int = 200) -> None:
-        if children < 1:
-            raise InputError("search.children", children, "must be at least 1")
-        if restarts < 1:
-            raise InputError("search.restarts", restarts, "must be at least 1")
-        self.children, self.restarts = children, restarts
+        self.children = check_whole("children", children, 1, 10**9)
+        self.restarts = check_whole("restarts", restarts, 1, 10**9)
 
     def search(self, problem: Problem, rng: np.random.Generator) -> None:
         tree = _Tree(problem, Draws(rng), min(self.children, problem.game.max_legal), self.best_first)

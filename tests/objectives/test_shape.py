@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -163,6 +164,33 @@ def test_knowing_what_to_beat_changes_nothing_above_it() -> None:
         full = evaluator.score(states, evaluator.new_memos(1), 0)
         assert evaluator.score(states, evaluator.new_memos(1), 0, full.value - 1e-6) == full
         assert evaluator.score(states, evaluator.new_memos(1), 0, full.value + 1e-6).value <= full.value + 1e-6
+
+
+@pytest.mark.parametrize(
+    ("target", "symmetry", "options"),
+    [
+        (bowl, "xyd", {}),
+        (cube, "none", {}),  # closed, and every image is measured
+        (bowl, "xy", {"compactness": 0.1}),
+        (cube, "xy", {"distance": "sampled", "samples": 300}),
+    ],
+)
+def test_the_exact_value_is_the_scores(target: Callable[[], Target], symmetry: str, options: dict[str, Any]) -> None:
+    """Whether nothing, the start or everything was measured before; the notes stay as they are."""
+    game = Game(13, symmetry, Square(1), max_crease_length=2.9)
+    evaluator = bind(ShapeObjective(target(), **options), game)
+    several = 0
+    for states in random_states(game, 3, 12):
+        value = evaluator.score(states, evaluator.new_memos(1), 0).value
+        begun, full = evaluator.new_memos(1), evaluator.new_memos(1)
+        evaluator.bound(game.new_states(), begun, 0)
+        evaluator.bound(states, full, 0)
+        for memos in (evaluator.new_memos(1), begun, full):
+            before = memos.copy()
+            assert evaluator.exact_value(states, memos, 0) == value
+            assert (memos == before).all()
+        several += int(begun["measured"][0]) < int(full["measured"][0])
+    assert several > 5
 
 
 def test_objects_with_a_score_are_objectives() -> None:

@@ -10,7 +10,7 @@ from origami_lab.game.game import Game
 from origami_lab.game.starts import Square
 from origami_lab.game.state import SELECTION
 from origami_lab.objectives.shape import ShapeObjective
-from origami_lab.objectives.targets import cube
+from origami_lab.objectives.targets import cube, pyramid
 from origami_lab.search.evo import Arena, EvolutionarySearch, value_slots
 from origami_lab.search.problem import Problem
 
@@ -82,11 +82,45 @@ def test_an_agent_plays_the_legal_action_it_values_most(symmetry: str) -> None:
 def test_the_best_reproduce_and_the_rest_is_discarded() -> None:
     searcher = EvolutionarySearch(population=8, parents=0.25, sigma_1=0.0, sigma_2=0.0, sigma_3=0.0)
     agents = np.repeat(np.arange(8.0)[:, None], 5, axis=1)
-    returns = np.array([-3.0, -np.inf, -1.0, -2.0, -1.0, -9.0, -1.0, -np.inf])
+    returns = np.array([-3.0, -np.inf, -1.0, -2.0, -5.0, -9.0, -7.0, -np.inf])
     following = searcher.next_generation(agents, returns, np.random.default_rng(0))
     assert following.shape == agents.shape
-    assert following[:6, 0].tolist() == [2, 4, 2, 4, 2, 4]  # of equal ones the earlier
+    assert following[:6, 0].tolist() == [2, 3, 2, 3, 2, 3]
     assert not np.isin(following[6:], agents).any()
+
+
+def test_of_equal_agents_each_is_as_likely_a_parent() -> None:
+    searcher = EvolutionarySearch(population=8, parents=0.25, sigma_1=0.0, sigma_2=0.0, sigma_3=0.0)
+    agents = np.repeat(np.arange(8.0)[:, None], 5, axis=1)
+    returns = np.array([-3.0, -0.5, -1.0, -2.0, -1.0, -np.inf, -1.0, -1.0])
+    rng = np.random.default_rng(0)
+    chosen = np.array([searcher.next_generation(agents, returns, rng)[:2, 0] for _ in range(4000)], dtype=int)
+    assert (chosen[:, 0] == 1).all()
+    counts = np.bincount(chosen[:, 1], minlength=8)
+    assert counts[[2, 4, 6, 7]] == pytest.approx(1000, abs=110)  # 4 standard deviations
+    assert counts.sum() == counts[[2, 4, 6, 7]].sum()
+
+
+def test_rescaled_parents_play_as_they_did_and_mutate_by_the_same_measure() -> None:
+    still = EvolutionarySearch(population=16, sigma_1=0.0, sigma_2=0.0, rescale=True)
+    rng = np.random.default_rng(5)
+    problem = cube_problem(10**6)
+    arena = Arena(problem, value_slots(problem.game), 4)
+    agents = 3.0 + 20.0 * rng.standard_normal((16, int(arena.slots.max()) + 1))
+    before = agents.copy()
+    following = still.next_generation(agents, -np.arange(16.0), rng)
+    assert (agents == before).all()
+    assert np.allclose(following[:4].mean(axis=1), 0.0)
+    assert np.allclose(following[:4].std(axis=1), 1.0)
+    assert [arena.play(values) for values in following[:4]] == [arena.play(values) for values in agents[:4]]
+    # the most mutated copies are the best, always
+    returns = np.repeat([0.0, 0.0, 1.0, 0.0], 4)
+    for rescale in (True, False):
+        searcher = EvolutionarySearch(population=16, rescale=rescale)
+        for _ in range(200):
+            agents = searcher.next_generation(agents, returns, rng)
+        spread = agents[:4].std(axis=1)
+        assert (spread.max() < 2.0) if rescale else (spread.min() > 10.0)  # √(200 (0.1² + 1²)) = 14
 
 
 def test_mutations_have_the_standard_deviations_asked_for() -> None:
@@ -141,7 +175,8 @@ def test_evaluation_finds_the_same_parents_as_scoring_everyone() -> None:
     assert np.isinf(returns).sum() > 20
     best = np.argsort(-full, kind="stable")[:20]
     assert (np.argsort(-returns, kind="stable")[:20] == best).all()
-    assert (returns[best] == full[best]).all()
+    equal = full >= full[best[-1]]  # whichever of them is chosen
+    assert (returns[equal] == full[equal]).all()
     assert arena.problem.best_value == plain.problem.best_value
     assert arena.problem.interactions == plain.problem.interactions
     # a second time nothing is scored again, with the same result
@@ -160,6 +195,20 @@ def test_it_finds_the_known_optimum_of_the_cube() -> None:
     assert found >= 2
 
 
+@pytest.mark.slow
+def test_with_rescaled_parents_it_finds_the_known_optimum_of_the_pyramid() -> None:
+    for seed in (0, 1):
+        problem = Problem(Game(9, "xy", Square(1)), ShapeObjective(pyramid()), 400_000)
+        EvolutionarySearch(rescale=True).search(problem, np.random.default_rng(seed))
+        assert problem.best_value >= -3 * np.sin(np.arccos(-1 / 3) - 1.884) - 1e-9
+
+
+def test_a_whole_number_may_be_written_as_a_float() -> None:
+    searcher = EvolutionarySearch(population=1e3, elite=2.0)  # type: ignore[arg-type]
+    assert (searcher.population, searcher.parents, searcher.elite) == (1000, 250, 2)
+    assert isinstance(searcher.population, int)
+
+
 @pytest.mark.parametrize(
     ("key", "value"),
     [
@@ -175,6 +224,8 @@ def test_it_finds_the_known_optimum_of_the_cube() -> None:
         ("sigma_3", "1"),
         ("elite", 33),
         ("elite", -1),
+        ("elite", float("inf")),
+        ("rescale", 1),
     ],
 )
 def test_bad_numbers_are_refused(key: str, value: object) -> None:

@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 from origami_lab.errors import InputError
+from origami_lab.game.folded import FoldedSheet
 from origami_lab.game.game import Game
 from origami_lab.game.starts import Square
-from origami_lab.objectives.base import bind
+from origami_lab.objectives.base import Score, bind
+from origami_lab.objectives.bucket import BucketObjective
 from origami_lab.objectives.shape import ShapeObjective
 from origami_lab.objectives.targets import bowl, cube
 from origami_lab.search.certify import certified_reach
@@ -19,7 +21,7 @@ from origami_lab.search.evo import EvolutionarySearch
 from origami_lab.search.mcts import MonteCarloTreeSearch
 from origami_lab.search.problem import Problem, Searcher
 from origami_lab.search.random import RandomSearch
-from origami_lab.search.tree import BreadthFirstSearch, DepthFirstSearch
+from origami_lab.search.tree import BreadthFirstSearch, DepthFirstSearch, TreeSearch
 
 SEARCHERS: dict[str, Callable[[], Searcher]] = {
     "rdm": RandomSearch,
@@ -56,6 +58,58 @@ def test_the_budget_is_spent_exactly(searcher: Searcher, budget: int) -> None:
     problem = cube_problem(budget)
     searcher.search(problem, np.random.default_rng(0))
     assert problem.outcome().interactions == budget
+
+
+def test_a_smaller_budget_finds_what_a_larger_one_finds_first(searcher: Searcher) -> None:
+    """Except where the budget is shared out: shorter restarts are other searches."""
+    budgets = (1500, 4000)
+    found = []
+    for budget in budgets:
+        problem = cube_problem(budget)
+        if isinstance(searcher, TreeSearch):
+            searcher = type(searcher)(restarts=budget // 500)
+        searcher.search(problem, np.random.default_rng(4))
+        found.append(problem.outcome())
+    early = [improvement for improvement in found[1].improvements if improvement.interaction <= budgets[0]]
+    assert list(found[0].improvements) == early
+    assert early
+
+
+def test_only_legal_actions_are_played(searcher: Searcher) -> None:
+    """Every design that is scored replays through the game's own check, not only the best ones."""
+    scored: list[tuple[int, ...]] = []
+
+    class Recording:
+        def score(self, sheet: FoldedSheet) -> float:
+            state = sheet.states[sheet.index]
+            scored.append(tuple(state["actions"][: state["n_actions"]].tolist()))
+            problem.game.replay(scored[-1])  # raises on an illegal action
+            return -float(len(sheet.flat))
+
+    problem = Problem(Game(9, "xy", Square("choose"), max_crease_length=2.9), Recording(), 1500)
+    searcher.search(problem, np.random.default_rng(0))
+    assert len(set(scored)) > 20
+
+
+@pytest.mark.parametrize("bounded", [True, False])
+def test_abstract_objectives_are_searched_with_a_bound_and_without(searcher: Searcher, bounded: bool) -> None:
+    """Rewards above zero, a bound that may be infinite; and a plain object that has none."""
+    game = Game(13, "xyd", Square("choose"), max_crease_length=2.9)
+    objective = BucketObjective()
+    evaluator = objective.bind(game)
+
+    class Plain:
+        def score(self, sheet: FoldedSheet) -> Score:
+            return evaluator.score(sheet.states, evaluator.new_memos(1), sheet.index)
+
+    problem = Problem(game, objective if bounded else Plain(), 4000)
+    searcher.search(problem, np.random.default_rng(1))
+    outcome = problem.outcome()
+    assert outcome.interactions == 4000
+    assert outcome.value > 0
+    states = game.replay(outcome.actions)
+    states["reach"] = certified_reach(game, outcome.actions, int(states["reach"][0]))
+    assert evaluator.score(states, evaluator.new_memos(1), 0) == Score(outcome.value, outcome.angle)
 
 
 def test_an_exhausted_tree_starts_anew(searcher: Searcher) -> None:
