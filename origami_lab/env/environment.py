@@ -39,7 +39,7 @@ class RigidOrigamiEnv(gymnasium.Env[NDArray[Any], np.int64]):
         What to play, in the words of the command: ``["target=bowl", "start.size=2"]``. What is about the search
         (``search``, ``budget``, ``seed``, ``certify`` …) plays no part. Nothing: ``target=pyramid``.
     game, objective
-        What to play, instead of settings.
+        What to play, instead of settings. An objective's name is a setting: ``objective="table"``.
     observation
         ``compact`` or ``tensor`` (:mod:`origami_lab.game.observation`).
     vertices

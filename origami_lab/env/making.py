@@ -43,6 +43,8 @@ def make_episodes(
     InputError
         For wrong settings, in the words of the command.
     """
+    if isinstance(objective, str):  # also a setting of a single word
+        settings, objective = {"objective": objective, **settings}, None
     given = [*overrides, *(f"{key}={as_override(value)}" for key, value in settings.items())]
     if (game is None) != (objective is None):
         raise InputError("game", game, "must be given together with an objective")

@@ -13,10 +13,14 @@ from importlib.util import find_spec
 import numpy as np
 
 from origami_lab.errors import InputError
+from origami_lab.game.observation import View, view_of
 from origami_lab.search.checks import check_number, check_whole
+from origami_lab.search.episodes import Episodes
 from origami_lab.search.problem import Problem, SearchEnded
 
 NEEDED = ("gymnasium", "sb3_contrib", "stable_baselines3", "torch")
+MOST_BYTES = 2**31
+"""What the learner may take for the first layers and one batch of observations."""
 
 
 class ProximalPolicyOptimization:
@@ -90,23 +94,23 @@ class ProximalPolicyOptimization:
         self.gamma, self.gae_lambda = gamma, gae_lambda
 
     def search(self, problem: Problem, rng: np.random.Generator) -> None:
-        from origami_lab.game.observation import view_of
-        from origami_lab.search.episodes import Episodes
         from origami_lab.search.ppo_training import isolated, learner
 
         vertices = None if self.vertices is None else min(self.vertices, problem.game.points)
         view = view_of(problem.game, self.observation, vertices)
-        check_size(view.shape, self.layers[0])
+        self._check_memory(view)
         episodes = Episodes(problem, self.games, view)
         with isolated(int(rng.integers(2**31))), suppress(SearchEnded):
             learner(episodes, self).learn(problem.budget)
 
-
-def check_size(shape: tuple[int, ...], width: int) -> None:
-    """Refuse observations whose first layers would not fit into memory; raises InputError."""
-    inputs = math.prod(shape)
-    # of policy and value function: weights, gradients, and Adam's two moments, four bytes each
-    gigabytes = 2 * 4 * 4 * inputs * width / 2**30
-    if gigabytes > 4:
-        expected = f"{inputs:,} numbers an observation would take {gigabytes:.0f} GB: cap them, search.vertices=64"
-        raise InputError("search.vertices", shape[-1] - 2, expected)
+    def _check_memory(self, view: View) -> None:
+        """Refuse observations so large that the first layers and a batch need too much memory; raises InputError."""
+        numbers = math.prod(view.shape)
+        # weights of policy and value function, their gradients and Adam's two moments, four bytes each
+        needed = numbers * (2 * 4 * 4 * self.layers[0] + self.batch * view.dtype.itemsize)
+        if needed > MOST_BYTES:
+            expected = (
+                f"{numbers:,} numbers an observation take {needed / 2**30:.1f} GB, at most {MOST_BYTES / 2**30:.0f} is "
+                "allowed: use search.observation=compact, search.vertices=64, or a smaller board"
+            )
+            raise InputError("search.observation", self.observation, expected)
