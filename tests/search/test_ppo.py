@@ -21,6 +21,12 @@ from origami_lab.search.ppo import ProximalPolicyOptimization
 from origami_lab.search.problem import Problem
 
 
+@pytest.fixture
+def torch() -> Any:
+    pytest.importorskip("sb3_contrib", reason="needs the extra ppo")
+    return pytest.importorskip("torch", reason="needs the extra ppo")
+
+
 def test_without_its_extra_it_says_how_to_install_it(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Any
 ) -> None:
@@ -35,14 +41,11 @@ def test_without_its_extra_it_says_how_to_install_it(
     assert not list(tmp_path.iterdir())
 
 
-torch = pytest.importorskip("torch", reason="needs the extra ppo: pip install 'origami-lab[ppo]'")
-pytest.importorskip("sb3_contrib", reason="needs the extra ppo: pip install 'origami-lab[ppo]'")
-
-
 def cube_problem(budget: int) -> Problem:
     return Problem(Game(9, "xy", Square(1), max_crease_length=2), ShapeObjective(cube()), budget)
 
 
+@pytest.mark.usefixtures("torch")
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -60,6 +63,7 @@ def test_bad_numbers_are_refused(arguments: dict[str, Any], message: str) -> Non
         ProximalPolicyOptimization(**arguments)
 
 
+@pytest.mark.usefixtures("torch")
 def test_the_whole_tensor_of_a_large_board_is_refused_with_advice() -> None:
     game = Game(25, "xyd", Square("choose"), max_crease_length=2.9)
     problem = Problem(game, ShapeObjective(bowl()), 100)
@@ -70,7 +74,7 @@ def test_the_whole_tensor_of_a_large_board_is_refused_with_advice() -> None:
 
 
 @pytest.mark.parametrize("observation", ["compact", "tensor"])
-def test_it_plays_with_either_observation_and_leaves_no_trace(observation: str) -> None:
+def test_it_plays_with_either_observation_and_leaves_no_trace(torch: Any, observation: str) -> None:
     """More than one update; the global generators, torch's threads and its checks are as they were."""
     searcher = ProximalPolicyOptimization(observation, 30, batch=120, games=4, epochs=2, layers=[16])
     threads = torch.get_num_threads()
@@ -93,6 +97,7 @@ def test_it_plays_with_either_observation_and_leaves_no_trace(observation: str) 
     assert problem.episodes > 20
 
 
+@pytest.mark.usefixtures("torch")
 def test_the_learner_has_the_papers_numbers() -> None:
     from origami_lab.search.ppo_training import isolated, learner
 
@@ -108,6 +113,7 @@ def test_the_learner_has_the_papers_numbers() -> None:
     assert model.action_space.n == 3 * 25 + 5 + 2  # three for each of 25 playable points, of the game's 250
 
 
+@pytest.mark.usefixtures("torch")
 def test_it_learns() -> None:
     """Bandits are learnt: on a board with next to no room the later half of the episodes is the better one."""
     returns: list[float] = []
