@@ -69,6 +69,8 @@ def test_every_option_becomes_objects(group: str, option: str, mesh: Path) -> No
         overrides.append("symmetry=y")
     if option == "chair":
         overrides.append("board=13x13")
+    if option == "ppo":
+        pytest.importorskip("sb3_contrib", reason="needs the extra ppo")
     if (group, option) == ("start", "file"):
         overrides.append(f"start.path={_trial(mesh.parent)}")
     if (group, option) == ("target", "none"):  # the default objective needs one

@@ -56,7 +56,7 @@ class EvolutionarySearch:
         sigma_2: float = 0.5,
         sigma_3: float = 1.0,
         elite: int = 0,
-        rescale: bool = False,
+        rescale: bool = True,
     ) -> None:
         self.population = check_whole("population", population, 3, 100_000)
         check_number("parents", parents, 0.0, 1.0)

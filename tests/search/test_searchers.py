@@ -19,6 +19,7 @@ from origami_lab.objectives.targets import bowl, cube
 from origami_lab.search.certify import certified_reach
 from origami_lab.search.evo import EvolutionarySearch
 from origami_lab.search.mcts import MonteCarloTreeSearch
+from origami_lab.search.ppo import ProximalPolicyOptimization
 from origami_lab.search.problem import Problem, Searcher
 from origami_lab.search.random import RandomSearch
 from origami_lab.search.tree import BreadthFirstSearch, DepthFirstSearch, TreeSearch
@@ -29,11 +30,14 @@ SEARCHERS: dict[str, Callable[[], Searcher]] = {
     "bfts": lambda: BreadthFirstSearch(restarts=4),
     "evo": lambda: EvolutionarySearch(population=16),
     "mcts": lambda: MonteCarloTreeSearch(simulations=20),
+    "ppo": lambda: ProximalPolicyOptimization(batch=500, games=5, layers=[32], epochs=2),
 }
 
 
 @pytest.fixture(params=SEARCHERS)
 def searcher(request: pytest.FixtureRequest) -> Searcher:
+    if request.param == "ppo":
+        pytest.importorskip("sb3_contrib", reason="needs the extra ppo")
     return SEARCHERS[request.param]()
 
 

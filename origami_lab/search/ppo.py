@@ -1,0 +1,116 @@
+"""PPO (paper, appendix A): a policy network learns from the rewards of its own play.
+
+The learner is sb3-contrib's MaskablePPO; it is imported when a search begins, and nothing else imports it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from contextlib import suppress
+from importlib.util import find_spec
+
+import numpy as np
+
+from origami_lab.errors import InputError
+from origami_lab.game.observation import View, view_of
+from origami_lab.search.checks import check_number, check_whole
+from origami_lab.search.episodes import Episodes
+from origami_lab.search.problem import Problem, SearchEnded
+
+NEEDED = ("gymnasium", "sb3_contrib", "stable_baselines3", "torch")
+MOST_BYTES = 2**31
+"""What the learner may take for the first layers and one batch of observations."""
+
+
+class ProximalPolicyOptimization:
+    """Proximal policy optimisation with masked actions, a multilayer perceptron, and shaped rewards.
+
+    Parameters
+    ----------
+    observation
+        ``compact`` or ``tensor`` (:mod:`origami_lab.game.observation`).
+    vertices
+        Cap on the vertex axis of the tensor, at most N²; None for the paper's N².
+    layers
+        Widths of the hidden layers, of the policy and of the value function each.
+    batch
+        Interactions between two updates.
+    games
+        Games that play them side by side; a divisor of ``batch``.
+    epochs, minibatch
+        How often an update goes over its batch, and in pieces of what size.
+    entropy
+        Weight of the policy's entropy in the loss.
+    learning_rate, clip, gamma, gae_lambda
+        Adam's step, PPO's clipping range, the discount, λ of the advantage estimator.
+
+    Raises
+    ------
+    InputError
+        If the extra ``ppo`` is not installed, or for a wrong number.
+    """
+
+    def __init__(
+        self,
+        observation: str = "compact",
+        vertices: int | None = 64,
+        layers: Sequence[int] = (256, 256),
+        batch: int = 2050,
+        games: int = 10,
+        epochs: int = 10,
+        minibatch: int = 64,
+        entropy: float = 0.01,
+        learning_rate: float = 3e-4,
+        clip: float = 0.2,
+        gamma: float = 0.99,
+        gae_lambda: float = 0.95,
+    ) -> None:
+        missing = [name for name in NEEDED if find_spec(name) is None]
+        if missing:
+            raise InputError("search", "ppo", f"needs {', '.join(missing)}: pip install 'origami-lab[ppo]'")
+        if observation not in ("compact", "tensor"):
+            raise InputError("search.observation", observation, "must be compact or tensor")
+        if vertices is not None:
+            check_whole("vertices", vertices, 1, 100_000)
+        if not isinstance(layers, list | tuple) or not layers:
+            raise InputError("search.layers", layers, "must be a list of widths, such as [256,256]")
+        for width in layers:
+            check_whole("layers", width, 1, 100_000)
+        check_whole("batch", batch, 2, 10**7)
+        check_whole("games", games, 1, batch)
+        if batch % games:
+            raise InputError("search.games", games, f"must divide search.batch={batch}")
+        check_whole("epochs", epochs, 1, 10_000)
+        check_whole("minibatch", minibatch, 2, batch)
+        check_number("entropy", entropy, 0.0, 1e6)
+        check_number("learning_rate", learning_rate, 1e-12, 1e3)
+        check_number("clip", clip, 1e-6, 1e3)
+        check_number("gamma", gamma, 0.0, 1.0)
+        check_number("gae_lambda", gae_lambda, 0.0, 1.0)
+        self.observation, self.vertices, self.layers = observation, vertices, list(layers)
+        self.batch, self.games, self.epochs, self.minibatch = batch, games, epochs, minibatch
+        self.entropy, self.learning_rate, self.clip = entropy, learning_rate, clip
+        self.gamma, self.gae_lambda = gamma, gae_lambda
+
+    def search(self, problem: Problem, rng: np.random.Generator) -> None:
+        from origami_lab.search.ppo_training import isolated, learner
+
+        vertices = None if self.vertices is None else min(self.vertices, problem.game.points)
+        view = view_of(problem.game, self.observation, vertices)
+        self._check_memory(view)
+        episodes = Episodes(problem, self.games, view)
+        with isolated(int(rng.integers(2**31))), suppress(SearchEnded):
+            learner(episodes, self).learn(problem.budget)
+
+    def _check_memory(self, view: View) -> None:
+        """Refuse observations so large that the first layers and a batch need too much memory; raises InputError."""
+        numbers = math.prod(view.shape)
+        # weights of policy and value function, their gradients and Adam's two moments, four bytes each
+        needed = numbers * (2 * 4 * 4 * self.layers[0] + self.batch * view.dtype.itemsize)
+        if needed > MOST_BYTES:
+            expected = (
+                f"{numbers:,} numbers an observation take {needed / 2**30:.1f} GB, at most {MOST_BYTES / 2**30:.0f} is "
+                "allowed: use search.observation=compact, search.vertices=64, or a smaller board"
+            )
+            raise InputError("search.observation", self.observation, expected)

@@ -1,0 +1,214 @@
+"""The Gymnasium environment: Gymnasium's own checker, the rules of the game, pictures, and the vectorised form."""
+
+from __future__ import annotations
+
+import itertools
+import subprocess
+import sys
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+gymnasium = pytest.importorskip("gymnasium", reason="needs the extra gym: pip install 'origami-lab[gym]'")
+
+from gymnasium.utils.env_checker import check_env  # noqa: E402
+from gymnasium.vector import AutoresetMode, SyncVectorEnv  # noqa: E402
+
+from origami_lab.env import ENV_ID, RigidOrigamiEnv, RigidOrigamiVectorEnv  # noqa: E402
+from origami_lab.errors import InputError  # noqa: E402
+from origami_lab.game.game import Game  # noqa: E402
+from origami_lab.game.starts import Square  # noqa: E402
+from origami_lab.objectives.shape import ShapeObjective  # noqa: E402
+from origami_lab.objectives.targets import pyramid  # noqa: E402
+
+ROOT = Path(__file__).parents[2]
+
+
+def parts() -> dict[str, Any]:
+    return {"game": Game(9, "xy", Square(1)), "objective": ShapeObjective(pyramid())}
+
+
+def play(env: Any, rng: np.random.Generator) -> Iterator[tuple[Any, ...]]:
+    """The steps of one episode of random play."""
+    env.reset()
+    for _ in itertools.count():
+        step = env.step(rng.choice(np.flatnonzero(env.action_masks())))
+        yield step
+        if step[2]:
+            return
+
+
+@pytest.mark.parametrize("options", [{}, {"observation": "tensor"}, {"observation": "tensor", "vertices": 30}])
+def test_gymnasium_has_nothing_to_say_against_it(options: dict[str, Any]) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        env = gymnasium.make(ENV_ID, overrides=["target=pyramid"], render_mode="rgb_array", **options)
+        check_env(env.unwrapped)
+        env.close()
+
+
+def test_settings_are_the_commands() -> None:
+    arguments = {"overrides": ["start.size=2"], "target": "bowl", "max_crease_length": 3}
+    env = gymnasium.make("origami_lab.env:" + ENV_ID, **arguments).unwrapped
+    assert (env.game.board_size, env.game.symmetry.name) == (25, "xyd")
+    assert env.game.start == Square(2)
+    assert float(env.game.rules["max_length_sq"][0]) == pytest.approx(9)
+    assert env.action_space.n == env.game.n_actions
+    assert env.problem.objective.target.name == "bowl"
+    assert RigidOrigamiEnv(observation="tensor").observation_space.shape == (9, 9, 83)  # the pyramid
+    assert RigidOrigamiEnv(objective="table", max_crease_length=None).game.board_size == 13
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"overrides": ["target=bowel"]}, "target=bowel"),
+        ({"target": "bowl", "observation": "picture"}, "observation=picture: must be compact or tensor"),
+        ({"target": "bowl", "render_mode": "human"}, "render_mode=human: must be rgb_array"),
+        ({"game": Game(9, "xy", Square(1))}, "game="),
+        ({"game": Game(9, "xy", Square(1)), "objective": object(), "target": "bowl"}, "overrides="),
+    ],
+)
+def test_wrong_input_is_one_line(arguments: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        RigidOrigamiEnv(**arguments)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_an_episode_ends_with_its_return_and_its_actions() -> None:
+    env, rng = RigidOrigamiEnv(**parts()), np.random.default_rng(0)
+    best, statuses = -np.inf, set()
+    for _ in range(60):
+        *before, last = play(env, rng)
+        info = last[4]
+        assert all(step[4] == {} for step in before)
+        total = sum(step[1] for step in [*before, last])
+        assert total == pytest.approx(info["return"], rel=0, abs=1e-11)
+        states = env.game.replay(info["actions"])
+        statuses.add(info["status"])
+        if info["status"] == "not foldable":
+            assert info["return"] == env.game.penalty
+        else:
+            evaluator = env.problem.evaluator
+            assert evaluator.score(states, evaluator.new_memos(1), 0).value == info["return"]
+            best = max(best, info["return"])
+    assert {"terminated", "not foldable"} <= statuses
+    assert env.problem.outcome().value == best
+    env.reset()
+    *_, reward, ended, _, info = env.step(env.action_space.n - 3)
+    assert (reward, ended, info["status"]) == (env.game.penalty, True, "illegal action")
+
+
+def at(x: int, y: int) -> int:
+    """Number of a point on the 9×9 board."""
+    return (y + 4) * 9 + x + 4
+
+
+PYRAMID = [3 * 81 + 6, at(-1, 1), *(2 * 81 + at(*point) for point in ((0, 4), (-4, 0), (-2, 2))), 3 * 81]
+"""The known design, whose return is a closed form: placement, leaf and mode, three locations, the end."""
+
+
+def test_the_known_pyramid() -> None:
+    env = RigidOrigamiEnv(target="pyramid", source_action=False)
+    env.reset(seed=0)
+    steps = [env.step(action) for action in PYRAMID]
+    assert [step[2] for step in steps] == [False] * 5 + [True]
+    assert steps[-1][4]["return"] == pytest.approx(-3 * np.sin(np.arccos(-1 / 3) - 1.884), abs=1e-9)
+    assert steps[-1][4]["actions"] == tuple(PYRAMID)
+
+
+def test_pictures_show_the_sheet() -> None:
+    env = RigidOrigamiEnv(**parts(), render_mode="rgb_array")
+    env.reset()
+    frames = [env.render()]
+    assert (frames[0] == 255).all()
+    for action in PYRAMID[:5]:
+        env.step(action)
+        frames.append(env.render())
+    changes = []
+    for before, after in itertools.pairwise(frames):
+        assert after.shape == before.shape == (450, 900, 3)
+        changes.append(bool((after != before).any()))
+    assert changes == [True, False, False, False, True]  # the square, then nothing until the extension is complete
+    assert RigidOrigamiEnv(**parts()).render() is None
+
+
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+def test_the_vector_form_is_many_single_ones(mode: AutoresetMode) -> None:
+    """Step for step what Gymnasium makes of single environments."""
+    count = 4
+    vector = RigidOrigamiVectorEnv(count, **parts(), autoreset_mode=mode)
+    single = SyncVectorEnv([lambda: RigidOrigamiEnv(**parts()) for _ in range(count)], autoreset_mode=mode)
+    assert vector.metadata == single.metadata
+    for space in ("observation_space", "action_space", "single_observation_space", "single_action_space"):
+        assert getattr(vector, space) == getattr(single, space)
+    rng = np.random.default_rng(7)
+    same(vector.reset(seed=3), single.reset(seed=3))
+    ends = 0
+    for turn in range(250):
+        masks = vector.action_masks()
+        assert np.array_equal(masks, np.stack(single.call("action_masks")))
+        actions = np.array([rng.choice(np.flatnonzero(mask)) if mask.any() else 0 for mask in masks])
+        if turn % 50 == 20:
+            actions[1] = int(np.flatnonzero(~masks[1])[0])  # illegal
+        left, right = vector.step(actions), single.step(actions)
+        same(left, right)
+        over = left[2]
+        ends += int(over.sum())
+        if mode == AutoresetMode.DISABLED and over.any():
+            with pytest.raises(ValueError, match="have ended"):
+                vector.step(actions)
+            same(vector.reset(options={"reset_mask": over}), single.reset(options={"reset_mask": over}))
+    assert ends > 20
+    assert vector.problem.interactions == sum(problem.interactions for problem in single.get_attr("problem"))
+    assert vector.problem.best_value == max(problem.best_value for problem in single.get_attr("problem"))
+
+
+def same(left: Any, right: Any) -> None:
+    assert type(left) is type(right)
+    if isinstance(left, dict):
+        assert left.keys() == right.keys()
+        for key in left:
+            same(left[key], right[key])
+    elif isinstance(left, tuple | list):
+        assert len(left) == len(right)
+        for a, b in zip(left, right, strict=True):
+            same(a, b)
+    elif isinstance(left, np.ndarray) and left.dtype == object:
+        same(left.tolist(), right.tolist())
+    elif isinstance(left, np.ndarray):
+        assert left.dtype == right.dtype
+        assert np.array_equal(left, right)
+    else:
+        assert left == right
+
+
+def test_make_vec_makes_it() -> None:
+    vector = gymnasium.make_vec(ENV_ID, num_envs=3, target="pyramid", render_mode="rgb_array")
+    assert isinstance(vector, RigidOrigamiVectorEnv)
+    observations, infos = vector.reset(seed=1)
+    assert observations.shape == vector.observation_space.shape == (3, 380)
+    assert infos == {}
+    assert [frame.shape for frame in vector.render()] == [(450, 900, 3)] * 3
+    with pytest.raises(ValueError, match="reset_mask"):
+        vector.reset(options={"reset_mask": np.array([True])})
+
+
+def test_the_rest_does_without_gymnasium_and_torch() -> None:
+    """What the command and a search import; and what the environment says where Gymnasium is missing."""
+    program = """
+import sys
+sys.modules.update(dict.fromkeys(["gymnasium", "torch", "sb3_contrib", "stable_baselines3"]))
+import origami_lab.experiment.worker, origami_lab.search.ppo, origami_lab.search.episodes, origami_lab.game.observation
+try:
+    import origami_lab.env
+except ImportError as error:
+    print(error)
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT, check=True)
+    assert done.stdout == "origami_lab.env needs Gymnasium: pip install 'origami-lab[gym]'\n"
