@@ -113,9 +113,10 @@ def test_the_learner_has_the_papers_numbers() -> None:
     assert model.action_space.n == 3 * 25 + 5 + 2  # three for each of 25 playable points, of the game's 250
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("torch")
 def test_it_learns() -> None:
-    """Bandits are learnt: on a board with next to no room the later half of the episodes is the better one."""
+    """To fold with few vertices is soon learnt: the last episodes are better than the first."""
     returns: list[float] = []
 
     class Noted(Problem):
