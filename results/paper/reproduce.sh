@@ -15,4 +15,5 @@ published='+experiment=[paper/bowl,paper/as_published],[paper/face,paper/as_publ
 origami-lab -m "$targets" "$all" "output=$runs/targets" "${common[@]}"
 origami-lab -m "$objects" "$all" "output=$runs/objects" "${common[@]}"
 origami-lab -m "$variants" "$all" "output=$runs/variants" "${common[@]}"
+origami-lab -m "$targets" search=evo search.rescale=false "output=$runs/plain_evo" "${common[@]}"
 origami-lab -m "$published" "$all" "output=$runs/as_published" "${common[@]}"
