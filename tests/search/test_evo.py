@@ -80,7 +80,7 @@ def test_an_agent_plays_the_legal_action_it_values_most(symmetry: str) -> None:
 
 
 def test_the_best_reproduce_and_the_rest_is_discarded() -> None:
-    searcher = EvolutionarySearch(population=8, parents=0.25, sigma_1=0.0, sigma_2=0.0, sigma_3=0.0)
+    searcher = EvolutionarySearch(population=8, parents=0.25, sigma_1=0.0, sigma_2=0.0, sigma_3=0.0, rescale=False)
     agents = np.repeat(np.arange(8.0)[:, None], 5, axis=1)
     returns = np.array([-3.0, -np.inf, -1.0, -2.0, -5.0, -9.0, -7.0, -np.inf])
     following = searcher.next_generation(agents, returns, np.random.default_rng(0))
@@ -90,7 +90,7 @@ def test_the_best_reproduce_and_the_rest_is_discarded() -> None:
 
 
 def test_of_equal_agents_each_is_as_likely_a_parent() -> None:
-    searcher = EvolutionarySearch(population=8, parents=0.25, sigma_1=0.0, sigma_2=0.0, sigma_3=0.0)
+    searcher = EvolutionarySearch(population=8, parents=0.25, sigma_1=0.0, sigma_2=0.0, sigma_3=0.0, rescale=False)
     agents = np.repeat(np.arange(8.0)[:, None], 5, axis=1)
     returns = np.array([-3.0, -0.5, -1.0, -2.0, -1.0, -np.inf, -1.0, -1.0])
     rng = np.random.default_rng(0)
@@ -124,7 +124,7 @@ def test_rescaled_parents_play_as_they_did_and_mutate_by_the_same_measure() -> N
 
 
 def test_mutations_have_the_standard_deviations_asked_for() -> None:
-    searcher = EvolutionarySearch(population=100, parents=0.25, sigma_1=0.1, sigma_2=0.5, sigma_3=2.0)
+    searcher = EvolutionarySearch(population=100, parents=0.25, sigma_1=0.1, sigma_2=0.5, sigma_3=2.0, rescale=False)
     rng = np.random.default_rng(1)
     agents = 10 * rng.standard_normal((100, 4000))
     following = searcher.next_generation(agents, -np.arange(100.0), rng)
@@ -146,12 +146,12 @@ def test_mutations_have_the_standard_deviations_asked_for() -> None:
 def test_the_elite_stays_as_it_is() -> None:
     rng = np.random.default_rng(2)
     agents = rng.standard_normal((16, 50))
-    searcher = EvolutionarySearch(population=16, elite=3)
+    searcher = EvolutionarySearch(population=16, elite=3, rescale=False)
     following = searcher.next_generation(agents, -np.arange(16.0), rng)
     assert (following[:3] == agents[:3]).all()
     assert (following[3] != agents[3]).all()
     assert (following[4:8] != following[:4]).all()  # their copies change
-    none = EvolutionarySearch(population=16).next_generation(agents, -np.arange(16.0), rng)
+    none = EvolutionarySearch(population=16, rescale=False).next_generation(agents, -np.arange(16.0), rng)
     assert (none[:4] != agents[:4]).all()
 
 
