@@ -4,6 +4,7 @@
 
     config.yaml            the whole configuration; runs again with `origami-lab DIR/config.yaml`
     target.ply             the target's surface
+    start.json             the moves of a start pattern that came from a file
     trials.csv             one row a finished trial
     summary.json           mean ± std, the best seed, versions, the command
     seed=N/                one finished trial, renamed into place as a whole
@@ -45,7 +46,7 @@ FREE_TO_CHANGE = ("seed", "workers", "objective_seconds", "tracking", "output", 
 """Keys that may differ between a run and its resumption: they do not change what a trial finds."""
 
 _LEFTOVER = re.compile(
-    r"\.((config\.yaml|target\.ply|trials\.csv|(summary|tracking)\.json|seed=\d+\.error\.txt)\.\d+|seed=\d+\.(\d+|old))\.tmp"
+    r"\.((config\.yaml|target\.ply|start\.json|trials\.csv|(summary|tracking)\.json|seed=\d+\.error\.txt)\.\d+|seed=\d+\.(\d+|old))\.tmp"
 )
 """Names of what is being written, or was when the run was killed."""
 
@@ -190,6 +191,12 @@ class RunFolder:
         if file.is_file() and file.read_bytes() != ply_bytes(target.vertices, target.faces):
             raise InputError("target", file, "is what the run was started with, and the target has changed since")
 
+    def check_start(self, start: Node) -> None:
+        """Raise InputError if the start pattern's file does not hold what the run was started with."""
+        file = self.path / "start.json"
+        if file.is_file() and file.read_text(encoding="utf-8") != _start_text(start):
+            raise InputError("start", file, "is what the run was started with, and the start pattern has changed since")
+
     # --- writing ---
 
     def write_config(self, config: Node) -> None:
@@ -199,6 +206,9 @@ class RunFolder:
 
     def write_target(self, target: Target) -> None:
         write_atomically(self.path / "target.ply", ply_bytes(target.vertices, target.faces))
+
+    def write_start(self, start: Node) -> None:
+        write_atomically(self.path / "start.json", _start_text(start))
 
     def write_trials(self, rows: Iterable[Row]) -> None:
         write_atomically(self.path / "trials.csv", format_trials(rows))
@@ -322,3 +332,7 @@ def flatten(node: Node, prefix: str = "") -> dict[str, Any]:
         else:
             flat[f"{prefix}{key}"] = value
     return flat
+
+
+def _start_text(start: Node) -> str:
+    return json.dumps(start, indent=1) + "\n"

@@ -23,10 +23,11 @@ from origami_lab.experiment.pool import Event, Pool
 from origami_lab.experiment.progress import Display, make_display
 from origami_lab.experiment.remarks import remarks
 from origami_lab.experiment.seeds import format_seeds, parse_seeds
-from origami_lab.experiment.settings import Settings, fit_workers
+from origami_lab.experiment.settings import Node, Settings, fit_workers
 from origami_lab.experiment.tracking import PATIENCE_SECONDS, Tracker, check_tracking, make_tracker
 from origami_lab.experiment.trial import Progress
 from origami_lab.experiment.worker import Failed, Finished
+from origami_lab.game.seeding import saved_start
 from origami_lab.reporting.tables import FAILED, Row, best_row, spent_budget, spreads
 
 if TYPE_CHECKING:
@@ -83,8 +84,11 @@ def run_experiment(settings: Settings, console: Console, command: Sequence[str] 
         parts = build_parts(settings)
         with RunFolder.opened(settings) as folder:
             resumed = folder.has_begun
+            start = saved_start(settings.start, parts.game) if parts.game.start_moves else None
             if resumed and parts.target is not None:
                 folder.check_target(parts.target)
+            if resumed and start is not None:
+                folder.check_start(start)
             rows = {seed: dict(row) for seed, row in folder.known_rows().items()}
             settings = _with_seeds_on_disk(settings, folder, rows)
             todo = tuple(seed for seed in settings.seeds if seed not in rows or not spent_budget(rows[seed]))
@@ -97,7 +101,7 @@ def run_experiment(settings: Settings, console: Console, command: Sequence[str] 
                     display.note(remark)
                 record = _Record(settings, folder, rows, display, command, parts.target)
                 try:
-                    if record.begin(parts.target):
+                    if record.begin(parts.target, start):
                         _play(pool, folder, todo, record, display, interrupts)
                 finally:
                     interrupts.limit = None
@@ -184,12 +188,14 @@ class _Record:
         """Opened when first needed: the import of mlflow must not delay the first interaction."""
         return make_tracker(self.settings, self.folder.path, self.display.say)
 
-    def begin(self, target: Target | None) -> bool:
+    def begin(self, target: Target | None, start: Node | None) -> bool:
         """Write what stands at the beginning; False if the folder cannot take even that."""
         try:
             self.folder.write_config(self.settings.config)
             if target is not None:
                 self.folder.write_target(target)
+            if start is not None:
+                self.folder.write_start(start)
         except OSError as error:
             self.trouble = FolderError(error).why
         self.begun = not self.trouble

@@ -102,7 +102,7 @@ def read_settings(config: DictConfig) -> Settings:
         raise InputError(
             "target",
             "none",
-            "this objective needs a target: target=bowl, cube, pyramid or mesh target.path=FILE",
+            "this objective needs a target: target=bowl, cube, face, pyramid or mesh target.path=FILE",
         )
     return Settings(
         task=_task(read.name("task"), target),

@@ -15,7 +15,7 @@ from origami_lab.game import play, translation
 from origami_lab.game.design import finished_design
 from origami_lab.game.folded import FoldedSheet
 from origami_lab.game.laying import cut_off, empty_board, largest_angle, lay, play_move
-from origami_lab.game.moves import Move
+from origami_lab.game.moves import Extend, Move
 from origami_lab.game.pattern import CreasePattern
 from origami_lab.game.starts import Square, Start
 from origami_lab.game.state import (
@@ -155,8 +155,9 @@ class Game:
         self.rules["angles"], self.rules["min_reach"] = self.angles, count if self.fixed else 1
 
     def _angle_of_start(self) -> float:
-        if not self.start_moves:
-            expected = "needs a start pattern with vertices that fold: start=chair or start=file start.path=DIR"
+        if not any(isinstance(move, Extend) for move in self.start_moves):
+            file = "start=chair or start=file start.path=DIR"
+            expected = f"needs a start pattern with vertices that fold, {file}; null is for all driving angles"
             raise InputError("driving_angle.fixed", "start", expected)
         angle = largest_angle(self, lay(self, self.start_moves, shortest_motion=True))
         if angle == 0.0:

@@ -214,7 +214,7 @@ def surface_height(triangles: Array, place: Array, path: object) -> float:
         raise InputError(
             "target.align_z",
             [x, y],
-            f"no part of {path} is above or below this point: move it with target.translate",
+            f"no part of {path} is above or below this point; choose another one",
         )
     return float((weights[hit] * triangles[usable][hit][:, :, 2]).sum(axis=1).max())
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from origami_lab.errors import InputError
 from origami_lab.game.collisions import place_corner
 from origami_lab.game.game import Game
 from origami_lab.game.pattern import CreasePattern
@@ -46,6 +47,8 @@ class ShelfObjective(CompiledObjective):
     def __init__(self, levels: int = 3, gap: float = 0.5, compactness: float = 0.0) -> None:
         super().__init__(best_shelf, compactness)
         self.levels = checked_number("levels", levels, 1)
+        if self.levels != int(self.levels):
+            raise InputError("objective.levels", levels, "must be a whole number of boards")
         self.gap = checked_number("gap", gap, 1e-6)
 
     def numbers(self, game: Game) -> tuple[float, ...]:

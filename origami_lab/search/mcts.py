@@ -81,14 +81,19 @@ class ReturnRange:
         self.low, self.high = penalty, 0.0
         self._lowest, self._highest, self._outside = math.inf, -math.inf, False
 
-    def see(self, value: float) -> None:
-        """Take note of the return of an episode that was not penalised."""
+    def see(self, value: float) -> bool:
+        """Take note of the return of an episode that was not penalised.
+
+        Returns whether it was the first one outside: what was clipped before then lies off the new scale.
+        """
         if math.isinf(value):
-            return
+            return False
         self._lowest, self._highest = min(self._lowest, value), max(self._highest, value)
-        self._outside = self._outside or not self.low <= value <= self.high
+        first = not self._outside and not self.low <= value <= self.high
+        self._outside = self._outside or first
         if self._outside:
             self.low, self.high = self._lowest, self._highest
+        return first
 
     def clip(self, value: float) -> float:
         """The return, not below the lowest: the penalty, and −inf for a worthless design, are the lowest."""
@@ -109,6 +114,8 @@ class Tree:
         self.legal = np.empty(game.max_legal, dtype=np.int32)
         self.nodes: Nodes = np.zeros(max(_NODES, 2 * game.max_legal), dtype=NODE)
         self.size, self.root = 1, 0
+        self.rescaled = False
+        """Whether the returns in the tree are no longer on one scale, so that a new one has to be planted."""
 
     def play_episode(self) -> None:
         """Play one episode for real, from the empty board."""
@@ -119,6 +126,9 @@ class Tree:
         while True:
             for _ in range(self.settings.simulations):
                 if not self.simulate():
+                    return
+                if self.rescaled:
+                    self.rescaled = False
                     return
                 if self.size >= _MOST_NODES:
                     break
@@ -163,7 +173,7 @@ class Tree:
             positions.memos[1] = positions.memos[0]
             value = problem.finish(positions, 1, above=-math.inf)
             if not problem.game.is_penalised(positions.states, 1):
-                self.returns.see(value)
+                self.rescaled = self.returns.see(value)
         back_up(self.nodes, self.path, depth, self.returns.clip(value))
         return True
 

@@ -15,6 +15,8 @@ from origami_lab.search.checks import check_whole
 from origami_lab.search.draws import Draws
 from origami_lab.search.problem import Positions, Problem
 
+_SHORTEST = 1000
+"""Interactions of a tree at least: much shorter ones do not come to the end of an episode on large boards."""
 _DEPTH = 64
 """Depth that a tree has room for at first."""
 _PACE = 4096
@@ -29,8 +31,9 @@ class TreeSearch:
     children
         Children looked at per node.
     restarts
-        Searches that share the budget; a tree that is exhausted early starts anew, too. The paper's number is 10;
-        200 shorter searches lose less to a bad first decision (docs/how-it-works.md has the comparison).
+        Searches that share the budget, fewer where they would be shorter than 1,000 interactions; a tree that is
+        exhausted early starts anew, too. The paper's number is 10; 200 shorter searches lose less to a bad first
+        decision (docs/how-it-works.md has the comparison).
     """
 
     best_first: bool
@@ -41,7 +44,7 @@ class TreeSearch:
 
     def search(self, problem: Problem, rng: np.random.Generator) -> None:
         tree = _Tree(problem, Draws(rng), min(self.children, problem.game.max_legal), self.best_first)
-        share = -(-problem.budget // self.restarts)
+        share = max(-(-problem.budget // self.restarts), _SHORTEST)
         while not problem.done:
             tree.search(problem.interactions + share)
 

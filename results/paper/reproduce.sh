@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # Every run behind this folder's tables and figures, then the report itself. Started again it goes on where it was.
-#   results/paper/reproduce.sh [FOLDER FOR THE RUNS]
+#   results/paper/reproduce.sh [FOLDER FOR THE RUNS [FOLDER FOR THE REPORT]]
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 runs=${1:-results/paper_runs}
+report=${2:-results/paper/report}
 all=search=rdm,dfts,bfts,mcts,evo
 common=(tracking=none resume=true)
 
@@ -15,5 +16,12 @@ published='+experiment=[paper/bowl,paper/as_published],[paper/face,paper/as_publ
 origami-lab -m "$targets" "$all" "output=$runs/targets" "${common[@]}"
 origami-lab -m "$objects" "$all" "output=$runs/objects" "${common[@]}"
 origami-lab -m "$variants" "$all" "output=$runs/variants" "${common[@]}"
+# the paper's procedures where ours differ, and with its way of scoring
 origami-lab -m "$targets" search=evo search.rescale=false "output=$runs/plain_evo" "${common[@]}"
-origami-lab -m "$published" "$all" "output=$runs/as_published" "${common[@]}"
+origami-lab -m "$published" search=rdm,mcts "output=$runs/as_published/plain" "${common[@]}"
+origami-lab -m "$published" search=dfts,bfts search.restarts=10 "output=$runs/as_published/trees" "${common[@]}"
+origami-lab -m "$published" search=evo search.rescale=false "output=$runs/as_published/evo" "${common[@]}"
+# ppo takes minutes a trial: few seeds and interactions
+origami-lab -m "$targets" search=ppo seed=0..1 budget=50000 "output=$runs/ppo" "${common[@]}"
+
+origami-lab report "$runs" --output "$report" --beside paper

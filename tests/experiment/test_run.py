@@ -171,6 +171,21 @@ def test_a_target_that_has_changed_is_not_resumed(
     assert not (tmp_path / "out/seed=1").exists()
 
 
+def test_a_start_pattern_that_has_changed_is_not_resumed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    game = {"symmetry": "xy", "start": {"_target_": "origami_lab.game.starts.Square", "size": 1}}
+    moves = [{"kind": "place", "value": 1, "sign": 1}]
+    (tmp_path / "start.json").write_text(json.dumps({"game": game, "moves": moves}))
+    start = ["target=cube", "search=rdm", "budget=300", "start=file", "start.path=start.json"]
+    same = [*start, "tracking=none", "output=out", "workers=1"]
+    assert run(tmp_path, *same) == 0
+    assert run(tmp_path, *same, "seed=0..1", "resume=true") == 0
+    moves[0]["sign"] = -1
+    (tmp_path / "start.json").write_text(json.dumps({"game": game, "moves": moves}))
+    assert run(tmp_path, *same, "seed=0..2", "resume=true") == 2
+    assert "the start pattern has changed since" in capsys.readouterr().err
+    assert not (tmp_path / "out/seed=2").exists()
+
+
 def test_a_finished_configuration_runs_again(tracked: Path, tmp_path: Path) -> None:
     assert run(tmp_path, str(tracked / "out/config.yaml"), "seed=2", "tracking=none", "output=again") == 0
     assert untimed(tmp_path / "again/trials.csv") == untimed(tracked / "out/trials.csv")[2:]

@@ -11,6 +11,7 @@ from origami_lab.errors import InputError
 from origami_lab.game.game import Game
 from origami_lab.game.starts import Square
 from origami_lab.objectives.shape import ShapeObjective
+from origami_lab.objectives.shelf import ShelfObjective
 from origami_lab.objectives.targets import cube
 from origami_lab.search.mcts import MonteCarloTreeSearch, ReturnRange, Tree
 from origami_lab.search.mcts_tree import NODE, back_up, best_child, expand, plant
@@ -166,14 +167,33 @@ def test_drawn_actions_follow_visits_to_the_power_of_the_temperature() -> None:
 def test_returns_are_scaled_by_the_penalty_or_by_what_was_seen() -> None:
     scale = ReturnRange(-8.0)
     for value in (-1.0, -3.0, -math.inf):
-        scale.see(value)
+        assert not scale.see(value)
     assert (scale.low, scale.high) == (-8.0, 0.0)
     assert (scale.clip(-math.inf), scale.clip(-2.0)) == (-8.0, -2.0)
-    scale.see(5.0)
+    assert scale.see(5.0)
     assert (scale.low, scale.high) == (-3.0, 5.0)
     assert (scale.clip(-8.0), scale.clip(4.0)) == (-3.0, 4.0)
-    scale.see(7.0)
+    assert not scale.see(7.0)
     assert (scale.low, scale.high) == (-3.0, 7.0)
+
+
+def test_means_stay_on_the_scale_when_returns_leave_that_of_the_penalty(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A shelf scores 0 until there is one, so its scale changes late."""
+    choose, outside = Tree.choose, []
+
+    def checked(tree: Tree) -> int:
+        outside.append(tree.returns.low == 0.0)
+        nodes = tree.nodes[: tree.size][tree.nodes["visits"][: tree.size] > 0]
+        means = nodes["total"] / nodes["visits"]
+        assert tree.returns.low - 1e-9 <= means.min() <= means.max() <= tree.returns.high + 1e-9
+        return choose(tree)
+
+    monkeypatch.setattr(Tree, "choose", checked)
+    problem = Problem(Game(13, "xy", Square(), source_action=False), ShelfObjective(), 30_000)
+    MonteCarloTreeSearch().search(problem, np.random.default_rng(0))
+    assert problem.best_value > 0.0
+    assert any(outside)
+    assert not all(outside)
 
 
 @pytest.mark.slow

@@ -66,12 +66,12 @@ def test_the_budget_is_spent_exactly(searcher: Searcher, budget: int) -> None:
 
 def test_a_smaller_budget_finds_what_a_larger_one_finds_first(searcher: Searcher) -> None:
     """Except where the budget is shared out: shorter restarts are other searches."""
-    budgets = (1500, 4000)
+    budgets = (2000, 4000)
     found = []
     for budget in budgets:
         problem = cube_problem(budget)
         if isinstance(searcher, TreeSearch):
-            searcher = type(searcher)(restarts=budget // 500)
+            searcher = type(searcher)(restarts=budget // 1000)
         searcher.search(problem, np.random.default_rng(4))
         found.append(problem.outcome())
     early = [improvement for improvement in found[1].improvements if improvement.interaction <= budgets[0]]
