@@ -156,6 +156,22 @@ def test_round_trip(make: Callable[[], CreasePattern], tmp_path: Path) -> None:
     assert fold.best is fold.frames[-1]
 
 
+@every_design
+def test_what_was_read_is_written_the_same(make: Callable[[], CreasePattern], tmp_path: Path) -> None:
+    write_fold(tmp_path / "a.fold", make())
+    write_fold(tmp_path / "b.fold", read_fold(tmp_path / "a.fold"))
+    assert (tmp_path / "b.fold").read_bytes() == (tmp_path / "a.fold").read_bytes()
+
+
+def test_angles_survive_reading_and_writing(tmp_path: Path) -> None:
+    design = designs.single_valley()
+    for index, angle in enumerate(np.random.default_rng(0).uniform(-np.pi, np.pi, 200)):
+        made = dataclasses.replace(design, fold_angles=np.where(design.boundary, 0.0, np.full((10, 7), angle)))
+        write_fold(tmp_path / "a.fold", made)
+        write_fold(tmp_path / "b.fold", read_fold(tmp_path / "a.fold"))
+        assert (tmp_path / "b.fold").read_bytes() == (tmp_path / "a.fold").read_bytes(), index
+
+
 def test_metadata_is_plain_json(tmp_path: Path) -> None:
     facts = MappingProxyType(
         {
