@@ -91,6 +91,14 @@ def _mesh(order: _Order, path: Path) -> None:
     write_mesh(order.fold, order.frame, path, scale=order.scale, thickness=order.thickness)
 
 
+def _html(order: _Order, path: Path) -> None:
+    from origami_lab.reporting.viewer import LARGEST_TARGET, write_viewer
+
+    write_viewer(order.fold, path, order.target, order.frame)
+    if order.target is not None and len(order.target.faces) > LARGEST_TARGET:
+        order.notes.append(f"html: the target has more than {LARGEST_TARGET} triangles and is left out")
+
+
 def _cut(order: _Order, path: Path) -> None:
     sheet = lay_out(order.fold, order.frame, order.cell, order.sheet, order.margin)
     note = f"cut: {sheet.cell:.4g} mm a cell on {sheet.width:.4g} × {sheet.height:.4g} mm"
@@ -123,6 +131,7 @@ FORMATS: Mapping[str, Format] = {
     "stl": Format((".stl",), "the folded sheet", _mesh, _SOLID),
     "ply": Format((".ply",), "the folded sheet", _mesh, _SOLID),
     "glb": Format((".glb",), "the folded sheet", _mesh, _SOLID),
+    "html": Format((".html",), "a page with both, in motion, for any browser", _html, ("angle", "target")),
     "gif": Format((".gif",), "the motion", _gif, ("target",)),
     "mp4": Format((".mp4",), "the motion, made by ffmpeg", _mp4, ("target",)),
     "cut": Format(
