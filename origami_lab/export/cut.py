@@ -24,9 +24,10 @@ Line = NDArray[np.float64]
 SHEETS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0)}
 MARGIN = 10.0
 """Millimetres of the sheet that stay free at each side, unless said otherwise."""
-LAYERS = {"cut": "#000000", "mountain": "#ff0000", "valley": "#0000ff"}
+LAYERS = {"cut": "#000000", "mountain": "#ff0000", "valley": "#0000ff", "unassigned": "#ff00ff"}
 """Layer → colour: cutters tell operations apart by either."""
-DASHES = {"mountain": (6.0, 2.0), "valley": (2.5, 2.5)}
+SCORED = {"M": "mountain", "V": "valley", "U": "unassigned"}
+DASHES = {"mountain": (6.0, 2.0), "valley": (2.5, 2.5), "unassigned": (2.5, 2.5)}
 """Millimetres scored and left out."""
 CLEAR = 1.5
 """Millimetres left out at each end of a crease: scores that meet in a vertex tear it."""
@@ -43,7 +44,7 @@ class CutSheet:
     cell: float
     """Millimetres a board cell."""
     layers: dict[str, list[Line]]
-    """Layer → polylines, (N, 2) each; a closed one ends where it begins."""
+    """Layer → polylines, (N, 2) each; a closed one ends where it begins. None is empty."""
     title: str
 
 
@@ -95,9 +96,10 @@ def lay_out(
     around = [edge for edge, letter in zip(fold.edges.tolist(), frame.assignments, strict=True) if letter in "BC"]
     layers["cut"] = [points[path] for path in chains(around)]
     for edge, letter in zip(fold.edges, frame.assignments, strict=True):
-        name = {"M": "mountain", "V": "valley"}.get(letter)
-        if name is not None:
+        if letter in SCORED:
+            name = SCORED[letter]
             layers[name] += dashes(points[edge[0]], points[edge[1]], *DASHES[name])
+    layers = {name: lines for name, lines in layers.items() if lines}
     return CutSheet(width, height, cell, layers, fold.title or "crease pattern")
 
 

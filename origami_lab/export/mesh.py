@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from origami_lab.errors import InputError
 from origami_lab.export.foldfile import FoldFile, FoldFrame
 from origami_lab.export.polygons import triangulate
 from origami_lab.export.writing import write_whole
@@ -21,12 +22,14 @@ def write_mesh(
 
     Coordinates are the board's, z up, times ``scale``; in a GLB, whose readers take y as up, they stand under a node
     that turns them. ``thickness`` in the units that are written; without, triangles share the vertices of the
-    pattern.
+    pattern. Raises :class:`InputError` if no panel has an area.
     """
     import trimesh  # here: it takes half a second, which a start-up should not
 
     path = Path(path)
     vertices, faces = plates(fold, frame.coords * scale, thickness) if thickness > 0.0 else _sheet(fold, frame, scale)
+    if not len(faces):
+        raise InputError("to", path.suffix[1:], "needs panels with an area, this pattern has none")
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     kind = path.suffix.lower()[1:]
     written: Any = mesh
@@ -52,8 +55,7 @@ def plates(
     The sides are at right angles to the panel. Where two panels meet, their plates overlap within the fold and gape
     outside it; they are not cut to clear each other.
     """
-    points: list[NDArray[np.float64]] = []
-    faces: list[NDArray[np.int64]] = []
+    points, faces = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int64)]
     count = 0
     for panel in fold.panels:
         ring = list(panel)

@@ -7,12 +7,13 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from origami_lab.export.foldfile import FoldFile, FoldFrame
 from origami_lab.export.writing import write_whole
 
-CELL, MARGIN = 40.0, 20.0
-"""SVG units; Origami Simulator merges vertices that are within 3 of each other."""
+CELL, APART, MARGIN = 40.0, 10.0, 20.0
+"""SVG units: of a cell, and between vertices; Origami Simulator merges those within 3 of each other."""
 STROKES = {
     "M": "#ff0000",
     "V": "#0000ff",
@@ -28,10 +29,11 @@ STROKES = {
 def write_svg(fold: FoldFile, frame: FoldFrame, path: str | os.PathLike[str]) -> None:
     """Write the flat pattern with the creases of ``frame``; the opacity of a crease is |fold angle| / 180°.
 
-    The picture shows the sheet from above, y upwards as on the board; a cell is 40 units. Lines are children of the
-    root and nothing else is drawn, because Origami Simulator reads all shapes there and none in groups.
+    The picture shows the sheet from above, y upwards as on the board; a cell is 40 units, more where vertices would be
+    too near to each other. Lines are children of the root and nothing else is drawn, because Origami Simulator reads
+    all shapes there and none in groups.
     """
-    points, size = drawn(fold.vertices, CELL, MARGIN)
+    points, size = drawn(fold.vertices, max(CELL, APART / _nearest(fold.vertices)), MARGIN)
     lines = []
     for (u, v), letter, angle in zip(fold.edges, frame.assignments, frame.fold_angles, strict=True):
         ends = " ".join(
@@ -43,6 +45,15 @@ def write_svg(fold: FoldFile, frame: FoldFrame, path: str | os.PathLike[str]) ->
     head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}">'
     title = f"<title>{escape(fold.title or 'crease pattern')}</title>"
     write_whole(path, "\n".join([head, title, *lines, "</svg>", ""]).encode())
+
+
+def _nearest(vertices: NDArray[np.float64]) -> float:
+    """The smallest distance of two vertices that are not the same point; infinite where there are none."""
+    different = np.unique(vertices, axis=0)
+    if len(different) < 2:
+        return np.inf
+    distances = np.asarray(cKDTree(different).query(different, k=2)[0])
+    return float(distances[:, 1].min())
 
 
 def drawn(

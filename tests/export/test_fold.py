@@ -300,6 +300,7 @@ def test_foreign_files(tmp_path: Path) -> None:
     fold = {key: value for key, value in fold.items() if "origami_lab" not in key and key != "edges_faces"}
     fold["vertices_coords"] = [[*point, 0] for point in fold["vertices_coords"]]
     fold["edges_foldAngle"] = [angle or None for angle in fold["edges_foldAngle"]]
+    fold["faces_vertices"][0].reverse()  # clockwise
     folded = fold["file_frames"][-1]
     del folded["edges_foldAngle"], folded["origami_lab:driving_angle"]
     fold["file_frames"] = [{"frame_classes": ["graph"]}, {"frame_classes": 3}, folded]
@@ -308,6 +309,7 @@ def test_foreign_files(tmp_path: Path) -> None:
     read = read_fold(path)
     assert read.modes is None
     assert read.driven is None
+    assert all(polygon_area(read.vertices[list(panel)]) > 0 for panel in read.panels)
     assert len(read.frames) == 1
     assert read.best.driving_angle is None
     assert np.array_equal(read.best.fold_angles, read.fold_angles)

@@ -75,10 +75,20 @@ def test_svg_is_what_origami_simulator_reads(make: Callable[[], CreasePattern], 
     assert len(points) == len(design.vertices)
     apart = np.linalg.norm(points[:, None] - points[None], axis=2)
     true = np.linalg.norm(design.vertices[:, None] - design.vertices[None], axis=2)
-    assert apart.max() / true.max() >= 30  # units a cell
+    assert apart.max() / true.max() == pytest.approx(40)  # units a cell
     assert apart[apart > 0].min() > 3
     box = [float(number) for number in root.attrib["viewBox"].split()]
     assert all(0 < x < box[2] and 0 < -y < box[3] for x, y in points)
+
+
+def test_svg_of_a_small_pattern(tmp_path: Path) -> None:
+    """A foreign pattern within a unit square is scaled so that no vertices merge."""
+    fold = fold_file(designs.pyramid())
+    small = dataclasses.replace(fold, vertices=fold.vertices / 400)
+    write_svg(small, small.best, tmp_path / "a.svg")
+    lines = list(ElementTree.parse(tmp_path / "a.svg").getroot())[1:]
+    ends = np.array([[float(line.attrib[key]) for key in ("x1", "y1", "x2", "y2")] for line in lines]).reshape(-1, 2, 2)
+    assert np.linalg.norm(np.diff(ends, axis=1), axis=2).min() == pytest.approx(10)
 
 
 @every_design
