@@ -59,6 +59,7 @@ export class Pattern {
       const driven = this.driven && this.driven[k] ? " driven" : "";
       line.setAttribute("class", `crease ${NAMES[motion.letter(state, k)]}${driven}`);
     });
+    this.marked?.classList.add("picked");
   }
 
   highlight(picked) {

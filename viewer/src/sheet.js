@@ -96,7 +96,7 @@ export class Sheet {
     );
     this.lines = new LineSegments2(
       new LineSegmentsGeometry(),
-      new LineMaterial({ linewidth: 2, vertexColors: true }), // pixels
+      new LineMaterial({ vertexColors: true }),
     );
     this.line = new LineSegments2(new LineSegmentsGeometry(), new LineMaterial({ linewidth: 5, color: PICKED }));
     this.dot = new Mesh(new SphereGeometry(1, 24, 16), new MeshBasicMaterial({ color: PICKED, depthTest: false }));
@@ -169,6 +169,7 @@ export class Sheet {
     const { clientWidth: width, clientHeight: height } = this.host;
     if (!width || !height) return;
     this.renderer.setSize(width, height);
+    this.lines.material.linewidth = Math.min(2, Math.max(1, Math.min(width, height) / 220)); // pixels
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     if (!this.moved) this.#home();
