@@ -20,18 +20,23 @@ _SAME = 1e-9
 def read_motion(path: str | os.PathLike[str]) -> FoldFile:
     """Read a FOLD file; beside a trial's ``best.fold``, the fine steps of its ``motion.fold`` too.
 
-    ``path`` may also be the folder of the trial. Raises :class:`InputError`, whose field is the path, on anything
+    The folded forms of both come by increasing driving angle, the best one last; one that both have is that of
+    ``best.fold``. ``path`` may also be the folder of the trial. Raises :class:`InputError`, whose field is the path, on anything
     that is not such a file.
     """
-    path = fold_path(path)
-    fold, beside = read_fold(path), _beside(path)
-    return fold if beside is None else merge_motion(fold, read_fold(beside))
+    fold, motion = _read(path)
+    if motion is None:
+        return fold
+    known = [_driving(frame) for frame in fold.frames]
+    added = [frame for frame in motion.frames if min(abs(_driving(frame) - angle) for angle in known) > _SAME]
+    before = sorted([*fold.frames[:-1], *added], key=lambda frame: abs(_driving(frame)))
+    return dataclasses.replace(fold, frames=(*before, fold.best))
 
 
 def read_even_motion(path: str | os.PathLike[str]) -> FoldFile:
     """As :func:`read_motion`, but with the steps of one file only, which are evenly spaced: for films."""
-    path = fold_path(path)
-    return read_fold(_beside(path) or path)
+    fold, motion = _read(path)
+    return motion or fold
 
 
 def fold_path(path: str | os.PathLike[str]) -> Path:
@@ -40,29 +45,20 @@ def fold_path(path: str | os.PathLike[str]) -> Path:
     return path / "best.fold" if (path / "best.fold").is_file() else path
 
 
-def _beside(path: Path) -> Path | None:
-    """The fine steps of a trial's best design, where there are any."""
-    file = path.with_name("motion.fold")
-    return file if path.name == "best.fold" and file.is_file() else None
-
-
-def merge_motion(fold: FoldFile, motion: FoldFile) -> FoldFile:
-    """``fold`` with the folded forms of both, by increasing driving angle, its best one last.
-
-    Forms that both have are ``fold``'s. A motion of another pattern, or without driving angles, adds nothing.
-    """
+def _read(path: str | os.PathLike[str]) -> tuple[FoldFile, FoldFile | None]:
+    """A file, and the motion beside it: of the same pattern, with a driving angle for each folded form, or None."""
+    path = fold_path(path)
+    fold, beside = read_fold(path), path.with_name("motion.fold")
+    if path.name != "best.fold" or not beside.is_file():
+        return fold, None
+    motion = read_fold(beside)
     same = (
         np.array_equal(fold.edges, motion.edges)
         and fold.vertices.shape == motion.vertices.shape
         and np.allclose(fold.vertices, motion.vertices, rtol=0, atol=_SAME)
     )
-    frames = [*fold.frames, *motion.frames]
-    if not same or not fold.frames or any(frame.driving_angle is None for frame in frames):
-        return fold
-    known = [_driving(frame) for frame in fold.frames]
-    added = [frame for frame in motion.frames if min(abs(_driving(frame) - angle) for angle in known) > _SAME]
-    before = sorted([*fold.frames[:-1], *added], key=lambda frame: abs(_driving(frame)))
-    return dataclasses.replace(fold, frames=(*before, fold.best))
+    known = all(frame.driving_angle is not None for frame in (*fold.frames, *motion.frames))
+    return fold, motion if same and known and fold.frames and motion.frames else None
 
 
 def state_at(fold: FoldFile, degrees: float | None = None) -> FoldFrame:

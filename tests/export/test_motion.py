@@ -56,6 +56,7 @@ def test_what_does_not_belong_together_is_not_merged(tmp_path: Path) -> None:
     path = trial(tmp_path) / "best.fold"
     write_fold(tmp_path / "motion.fold", designs.pyramid())
     assert len(read_motion(path).frames) == 10
+    assert read_even_motion(path).title == "valley, hand, seed 0"
     path.rename(tmp_path / "other.fold")
     assert len(read_motion(tmp_path / "other.fold").frames) == 10
     assert fold_path(tmp_path) == tmp_path  # no trial: no best.fold
