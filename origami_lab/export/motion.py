@@ -21,8 +21,8 @@ def read_motion(path: str | os.PathLike[str]) -> FoldFile:
     """Read a FOLD file; beside a trial's ``best.fold``, the fine steps of its ``motion.fold`` too.
 
     The folded forms of both come by increasing driving angle, the best one last; one that both have is that of
-    ``best.fold``. ``path`` may also be the folder of the trial. Raises :class:`InputError`, whose field is the path, on anything
-    that is not such a file.
+    ``best.fold``. ``path`` may also be the folder of the trial. Raises :class:`InputError`, whose field is the path, on
+    anything that is not such a file.
     """
     fold, motion = _read(path)
     if motion is None:
