@@ -1,7 +1,7 @@
 // The folding motion: stored states by increasing driving angle (or step, where a file says no angles).
 
-// Between states that are this near (degrees) one moves in straight lines: panels of a sheet whose states are 5° apart
-// are stretched by less than 0.1 % then. Where states are further apart the nearest one is shown.
+// Between states that are this near (degrees) one moves in straight lines: a panel that turns by 5° shrinks by 0.1 % on
+// the way. Where states are further apart the nearest one is shown.
 const NEAR = 5;
 
 export class Motion {
