@@ -1,7 +1,8 @@
 """origami-lab: search for crease patterns that fold rigidly, with one degree of freedom, into a shape.
 
 ``origami_lab.run([...])`` does what the command does and ``origami_lab.load(DIR)`` reads a finished run; both return
-a :class:`Result`. They are imported when first used, so that ``import origami_lab`` costs nothing.
+a :class:`Result`. ``origami_lab.export_design(...)`` writes a design in other formats. They are imported when first
+used, so that ``import origami_lab`` costs nothing.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from origami_lab.experiment.api import run as run
     from origami_lab.experiment.result import Result as Result
     from origami_lab.experiment.result import load as load
+    from origami_lab.reporting.exporting import export_design as export_design
 
 __version__ = "0.1.0"
 
@@ -21,6 +23,7 @@ _HOMES = {
     "run": "origami_lab.experiment.api",
     "load": "origami_lab.experiment.result",
     "Result": "origami_lab.experiment.result",
+    "export_design": "origami_lab.reporting.exporting",
     "InputError": "origami_lab.errors",
 }
 

@@ -13,7 +13,6 @@ import json
 import math
 import os
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,65 +20,80 @@ from numpy.typing import NDArray
 
 from origami_lab.export.foldfile import ACTIONS, ANGLE, CREATOR, DRIVEN, METADATA, MODE, FoldFile, FoldFrame
 from origami_lab.export.reading import read_fold
+from origami_lab.export.writing import write_whole
 from origami_lab.game.pattern import BOUNDARY, FLAT, CreasePattern
 
-__all__ = ["FoldFile", "FoldFrame", "fold_title", "read_fold", "to_fold", "write_fold"]
+__all__ = ["FoldFile", "FoldFrame", "fold_file", "fold_title", "read_fold", "to_fold", "write_fold"]
 
 _LINE = 110
 """Columns at which the written JSON wraps."""
 
 
-def to_fold(design: CreasePattern) -> dict[str, Any]:
+def to_fold(design: CreasePattern | FoldFile) -> dict[str, Any]:
     """The design as a FOLD 1.2 object: plain dictionaries, lists, strings and numbers.
 
     Lengths are board cells, angles degrees in [−180, 180], valleys positive; the angle of a boundary or flat
     edge is exactly 0. ``edges_faces`` lists the panel on the left of the edge first. Self-intersection is
-    not claimed either way: that is what a certificate is for.
+    not claimed either way: that is what a certificate is for. What was read from a file that this wrote comes
+    out the same; of a foreign file, what :class:`FoldFile` holds.
     """
-    count, reach = len(design.edges), len(design.driving_angles)
-    if reach:
-        assignments, angles = _creases(design, design.best)
-    else:  # nothing folds: a flat sheet
-        assignments, angles = [BOUNDARY if outer else FLAT for outer in design.boundary], [0.0] * count
-    order = [k for k in range(reach) if k != design.best] + ([design.best] if reach else [])
+    fold = design if isinstance(design, FoldFile) else fold_file(design)
+    whole = [] if "C" in fold.assignments else ["noCuts"]
     return {
         "file_spec": 1.2,
         "file_creator": CREATOR,
-        "file_title": fold_title(design.metadata),
+        "file_title": fold.title,
         "file_classes": ["singleModel", "animation"],
         "frame_title": "crease pattern",
         "frame_classes": ["creasePattern"],
-        "frame_attributes": ["2D", "manifold", "orientable", "noCuts"],
+        "frame_attributes": ["2D", "manifold", "orientable", *whole],
         "frame_unit": "unit",
-        "vertices_coords": _numbers(design.vertices),
-        MODE: [int(mode) for mode in design.modes],
-        "edges_vertices": [[int(u), int(v)] for u, v in design.edges],
-        "edges_assignment": assignments,
-        "edges_foldAngle": angles,
-        "edges_faces": _edge_faces(design),
-        DRIVEN: [bool(driven) for driven in design.driven],
-        "faces_vertices": [[int(v) for v in panel] for panel in design.panels],
-        ACTIONS: [int(action) for action in design.actions],
-        METADATA: _plain(design.metadata),
-        "file_frames": [_frame(design, k, assignments) for k in order],
+        "vertices_coords": _numbers(fold.vertices),
+        **({} if fold.modes is None else {MODE: [int(mode) for mode in fold.modes]}),
+        "edges_vertices": [[int(u), int(v)] for u, v in fold.edges],
+        "edges_assignment": list(fold.assignments),
+        "edges_foldAngle": [_degrees(angle) for angle in fold.fold_angles.tolist()],
+        "edges_faces": _edge_faces(fold),
+        **({} if fold.driven is None else {DRIVEN: [bool(driven) for driven in fold.driven]}),
+        "faces_vertices": [[int(v) for v in panel] for panel in fold.panels],
+        ACTIONS: [int(action) for action in fold.actions],
+        METADATA: _plain(fold.metadata),
+        "file_frames": [_frame(fold, frame, whole) for frame in fold.frames],
     }
 
 
-def write_fold(path: str | os.PathLike[str], design: CreasePattern) -> None:
+def fold_file(design: CreasePattern) -> FoldFile:
+    """The design as it is read back once it is written: the key frame is that of the best driving angle."""
+    reach = len(design.driving_angles)
+    order = [k for k in range(reach) if k != design.best] + ([design.best] if reach else [])
+    frames = tuple(_folded_form(design, k) for k in order)
+    if frames:
+        assignments, angles = frames[-1].assignments, frames[-1].fold_angles
+    else:  # nothing folds: a flat sheet
+        assignments = tuple(BOUNDARY if outer else FLAT for outer in design.boundary)
+        angles = np.zeros(len(design.edges))
+    return FoldFile(
+        vertices=design.vertices,
+        edges=design.edges,
+        assignments=assignments,
+        fold_angles=angles,
+        panels=design.panels,
+        modes=design.modes,
+        driven=design.driven,
+        frames=frames,
+        actions=design.actions,
+        title=fold_title(design.metadata),
+        metadata=design.metadata,
+    )
+
+
+def write_fold(path: str | os.PathLike[str], design: CreasePattern | FoldFile) -> None:
     """Write the design as a FOLD file; a reader sees the whole file or none of it.
 
     Numbers keep their full precision, negative zeros become zero. Raises ``ValueError`` on coordinates that
     are not finite, ``OSError`` where the file cannot be written.
     """
-    text = _dump(to_fold(design))
-    path = Path(path)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        temporary.write_text(text, encoding="utf-8")
-        temporary.replace(path)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
+    write_whole(path, _dump(to_fold(design)).encode())
 
 
 def fold_title(metadata: Mapping[str, object]) -> str:
@@ -92,44 +106,41 @@ def fold_title(metadata: Mapping[str, object]) -> str:
     return ", ".join(parts) or "rigid origami"
 
 
-def _frame(design: CreasePattern, k: int, key_assignments: list[str]) -> dict[str, Any]:
-    """The folded form at driving angle ``k``, with what differs from the key frame."""
-    assignments, angles = _creases(design, k)
-    degrees = _clean(math.degrees(design.driving_angles[k]))
-    frame = {
+def _frame(fold: FoldFile, frame: FoldFrame, whole: list[str]) -> dict[str, Any]:
+    """A folded form with what differs from the key frame; the last one is the best."""
+    known = {} if frame.driving_angle is None else {ANGLE: _degrees(frame.driving_angle)}
+    title = f"folded at {known[ANGLE]:.2f} degrees" if known else "folded"
+    written = {
         "frame_parent": 0,
         "frame_inherit": True,
-        "frame_title": f"folded at {degrees:.2f} degrees" + (", the best" if k == design.best else ""),
+        "frame_title": title + (", the best" if frame is fold.best else ""),
         "frame_classes": ["foldedForm"],
-        "frame_attributes": ["3D", "manifold", "orientable", "noCuts"],
-        ANGLE: degrees,
-        "vertices_coords": _numbers(design.folded[k]),
-        "edges_foldAngle": angles,
+        "frame_attributes": ["3D", "manifold", "orientable", *whole],
+        **known,
+        "vertices_coords": _numbers(frame.coords),
+        "edges_foldAngle": [_degrees(angle) for angle in frame.fold_angles.tolist()],
     }
-    if assignments != key_assignments:  # a crease may change sign, or pass through flat, along the motion
-        frame["edges_assignment"] = assignments
-    return frame
+    if frame.assignments != fold.assignments:  # a crease may change sign, or pass through flat, along the motion
+        written["edges_assignment"] = list(frame.assignments)
+    return written
 
 
-def _creases(design: CreasePattern, k: int) -> tuple[list[str], list[float]]:
-    """Assignments and fold angles (degrees) of the edges at driving angle ``k``."""
-    assignments = list(dataclasses.replace(design, best=k).assignments)
-    degrees = np.clip(np.degrees(design.fold_angles[k]), -180.0, 180.0)
-    angles = [
-        0.0 if letter in (BOUNDARY, FLAT) else _clean(angle)
-        for letter, angle in zip(assignments, degrees.tolist(), strict=True)
-    ]
-    return assignments, angles
+def _folded_form(design: CreasePattern, k: int) -> FoldFrame:
+    """Folded vertices, assignments and fold angles of the edges at driving angle ``k``."""
+    assignments = dataclasses.replace(design, best=k).assignments
+    still = [letter in (BOUNDARY, FLAT) for letter in assignments]
+    angles = np.where(still, 0.0, np.clip(design.fold_angles[k], -math.pi, math.pi))
+    return FoldFrame(float(design.driving_angles[k]), design.folded[k], angles, assignments)
 
 
-def _edge_faces(design: CreasePattern) -> list[list[int]]:
+def _edge_faces(fold: FoldFile) -> list[list[int]]:
     """The panels beside each edge, the left one first; one on the boundary, two elsewhere."""
     left = {
         (u, v): index
-        for index, panel in enumerate(design.panels)
+        for index, panel in enumerate(fold.panels)
         for u, v in zip(panel, (*panel[1:], panel[0]), strict=True)
     }
-    return [[left[side] for side in ((int(u), int(v)), (int(v), int(u))) if side in left] for u, v in design.edges]
+    return [[left[side] for side in ((int(u), int(v)), (int(v), int(u))) if side in left] for u, v in fold.edges]
 
 
 def _numbers(rows: NDArray[np.float64]) -> list[list[float]]:
@@ -140,11 +151,14 @@ def _numbers(rows: NDArray[np.float64]) -> list[list[float]]:
     return nested
 
 
-def _clean(value: float) -> float:
-    """A Python float without a negative zero; not finite is refused as in :func:`_numbers`."""
-    if not math.isfinite(value):
+def _degrees(radians: float) -> float:
+    """Degrees without a negative zero; not finite is refused as in :func:`_numbers`.
+
+    At 13 decimals, 10⁻¹⁵ radians, reading and writing again gives the same number; at more it need not.
+    """
+    if not math.isfinite(radians):
         raise ValueError("a design with angles that are not finite cannot be written")
-    return float(value) + 0.0
+    return round(math.degrees(radians), 13) + 0.0
 
 
 def _plain(value: object) -> Any:

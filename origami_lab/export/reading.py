@@ -71,7 +71,7 @@ class _Reader:
             edges=np.array(edges, dtype=np.int32).reshape(-1, 2),
             assignments=assignments,
             fold_angles=angles,
-            panels=panels,
+            panels=tuple(_counter_clockwise(panel, coords) for panel in panels),
             modes=None if modes is None else np.array(modes, dtype=np.int8),
             driven=None if driven is None else np.array(driven, dtype=np.bool_),
             frames=self.frames(fold, size, count, assignments, angles),
@@ -208,6 +208,13 @@ class _Reader:
                 )
             )
         return tuple(frames)
+
+
+def _counter_clockwise(panel: tuple[int, ...], coords: NDArray[np.float64]) -> tuple[int, ...]:
+    """The polygon with its inside on the left; FOLD asks for it, not all programs care."""
+    x, y = coords[list(panel), :2].T
+    twice_area = float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+    return panel[::-1] if twice_area < 0.0 else panel
 
 
 def _brief(value: object) -> str:

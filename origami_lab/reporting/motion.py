@@ -12,7 +12,8 @@ from origami_lab.export.foldfile import FoldFile, FoldFrame
 from origami_lab.reporting.folded_picture import Studio, caption_lines, sheet_of, write_caption
 from origami_lab.reporting.scene import BACK, FRONT, INK, PAGE, PALE_TARGET, TargetSurface
 
-_STEP, _FLAT, _BEST = 60, 700, 1600  # milliseconds a frame is shown; GIF counts in tens
+STEP_SHOWN, FLAT_SHOWN, BEST_SHOWN = 60, 700, 1600
+"""Milliseconds that a step, the flat sheet and the best state are shown; GIF counts in tens."""
 
 
 def steps(fold: FoldFile) -> tuple[FoldFrame, ...]:
@@ -25,13 +26,8 @@ def steps(fold: FoldFile) -> tuple[FoldFrame, ...]:
     return (fold.flat, *before, *([best] if fold.frames else []))
 
 
-def draw_motion(
-    fold: FoldFile, path: str | os.PathLike[str], target: TargetSurface | None = None, *, size: int = 560
-) -> None:
-    """An endless GIF, ``size`` pixels wide, from flat to the best driving angle and back.
-
-    Camera, scale and palette are the same in all frames.
-    """
+def motion_pictures(fold: FoldFile, target: TargetSurface | None, size: int) -> list[Image.Image]:
+    """The frames of :func:`steps` as pictures, ``size`` pixels wide; camera and scale are the same in all."""
     frames = steps(fold)
     studio = Studio(np.vstack([frame.coords for frame in frames]), target, size, trim=True, upright=fold.upright)
     sheet = sheet_of(fold)
@@ -40,11 +36,22 @@ def draw_motion(
         image = studio.picture(sheet, frame.coords)
         write_caption(image, *caption_lines(fold, frame), target is not None)
         pictures.append(image)
+    return pictures
+
+
+def draw_motion(
+    fold: FoldFile, path: str | os.PathLike[str], target: TargetSurface | None = None, *, size: int = 560
+) -> None:
+    """An endless GIF, ``size`` pixels wide, from flat to the best driving angle and back.
+
+    Camera, scale and palette are the same in all frames.
+    """
+    pictures = motion_pictures(fold, target, size)
     palette = _palette(pictures)
     indexed = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
     there_and_back = indexed + indexed[-2:0:-1]
-    durations = [_STEP] * len(there_and_back)
-    durations[0], durations[len(indexed) - 1] = _FLAT, _BEST
+    durations = [STEP_SHOWN] * len(there_and_back)
+    durations[0], durations[len(indexed) - 1] = FLAT_SHOWN, BEST_SHOWN
     there_and_back[0].save(
         Path(path),
         format="GIF",

@@ -156,6 +156,22 @@ def test_round_trip(make: Callable[[], CreasePattern], tmp_path: Path) -> None:
     assert fold.best is fold.frames[-1]
 
 
+@every_design
+def test_what_was_read_is_written_the_same(make: Callable[[], CreasePattern], tmp_path: Path) -> None:
+    write_fold(tmp_path / "a.fold", make())
+    write_fold(tmp_path / "b.fold", read_fold(tmp_path / "a.fold"))
+    assert (tmp_path / "b.fold").read_bytes() == (tmp_path / "a.fold").read_bytes()
+
+
+def test_angles_survive_reading_and_writing(tmp_path: Path) -> None:
+    design = designs.single_valley()
+    for index, angle in enumerate(np.random.default_rng(0).uniform(-np.pi, np.pi, 200)):
+        made = dataclasses.replace(design, fold_angles=np.where(design.boundary, 0.0, np.full((10, 7), angle)))
+        write_fold(tmp_path / "a.fold", made)
+        write_fold(tmp_path / "b.fold", read_fold(tmp_path / "a.fold"))
+        assert (tmp_path / "b.fold").read_bytes() == (tmp_path / "a.fold").read_bytes(), index
+
+
 def test_metadata_is_plain_json(tmp_path: Path) -> None:
     facts = MappingProxyType(
         {
@@ -284,6 +300,7 @@ def test_foreign_files(tmp_path: Path) -> None:
     fold = {key: value for key, value in fold.items() if "origami_lab" not in key and key != "edges_faces"}
     fold["vertices_coords"] = [[*point, 0] for point in fold["vertices_coords"]]
     fold["edges_foldAngle"] = [angle or None for angle in fold["edges_foldAngle"]]
+    fold["faces_vertices"][0].reverse()  # clockwise
     folded = fold["file_frames"][-1]
     del folded["edges_foldAngle"], folded["origami_lab:driving_angle"]
     fold["file_frames"] = [{"frame_classes": ["graph"]}, {"frame_classes": 3}, folded]
@@ -292,6 +309,7 @@ def test_foreign_files(tmp_path: Path) -> None:
     read = read_fold(path)
     assert read.modes is None
     assert read.driven is None
+    assert all(polygon_area(read.vertices[list(panel)]) > 0 for panel in read.panels)
     assert len(read.frames) == 1
     assert read.best.driving_angle is None
     assert np.array_equal(read.best.fold_angles, read.fold_angles)
