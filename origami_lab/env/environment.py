@@ -8,6 +8,7 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
 from origami_lab.env.making import (
@@ -87,7 +88,15 @@ class RigidOrigamiEnv(gymnasium.Env[NDArray[Any], np.int64]):
         return seen(self._episodes, 0), {}
 
     def step(self, action: np.int64) -> tuple[NDArray[Any], float, bool, bool, dict[str, Any]]:
-        """Play an action."""
+        """Play an action.
+
+        Raises
+        ------
+        gymnasium.error.ResetNeeded
+            Before the first episode, and after the end of one.
+        """
+        if not self._episodes.masks.any():
+            raise ResetNeeded("the episode has ended or has not begun: call reset() before step()")
         reward, ended = self._episodes.step(0, int(action))
         return seen(self._episodes, 0), reward, ended, False, ending(self._episodes, 0) if ended else {}
 

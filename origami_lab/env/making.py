@@ -14,7 +14,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from origami_lab.errors import InputError
-from origami_lab.experiment.composing import compose_settings, working_directory_importable
+from origami_lab.experiment.composing import check_texts, compose_settings, working_directory_importable
 from origami_lab.game.game import Game
 from origami_lab.game.observation import View, view_of
 from origami_lab.game.state import RUNNING, STATUS_NAMES
@@ -41,11 +41,13 @@ def make_episodes(
     Raises
     ------
     InputError
-        For wrong settings, in the words of the command.
+        For wrong settings, in the words of the command, and if ``count`` is not at least 1.
     """
+    if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
+        raise InputError("num_envs", count, "must be a whole number, at least 1")
     if isinstance(objective, str):  # also a setting of a single word
         settings, objective = {"objective": objective, **settings}, None
-    given = [*overrides, *(f"{key}={as_override(value)}" for key, value in settings.items())]
+    given = [*check_texts(overrides), *(f"{key}={as_override(value)}" for key, value in settings.items())]
     if (game is None) != (objective is None):
         raise InputError("game", game, "must be given together with an objective")
     if game is None:

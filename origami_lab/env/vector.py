@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
@@ -29,12 +30,13 @@ Step = tuple[NDArray[Any], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bo
 class RigidOrigamiVectorEnv(VectorEnv[NDArray[Any], NDArray[np.int64], NDArray[Any]]):
     """``num_envs`` games side by side, each as :class:`~origami_lab.env.environment.RigidOrigamiEnv` plays it.
 
-    It behaves as Gymnasium's ``SyncVectorEnv`` of single environments does, infos included.
+    It behaves as Gymnasium's ``SyncVectorEnv`` of single environments does, infos included; but ``np_random``, which
+    nothing draws from, is one for all.
 
     Parameters
     ----------
     num_envs
-        Games side by side.
+        Games side by side, at least 1.
     autoreset_mode
         What follows the end of an episode, as Gymnasium names it: ``NextStep`` (the next step begins a new one and
         ignores the action), ``SameStep`` (the same step does; ``final_obs`` and ``final_info`` tell of the old one) or
@@ -80,10 +82,20 @@ class RigidOrigamiVectorEnv(VectorEnv[NDArray[Any], NDArray[np.int64], NDArray[A
         self._ended = np.zeros(num_envs, dtype=np.bool_)
 
     def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[Any], dict[str, Any]]:
-        """Begin an episode in every game, or in those that ``options["reset_mask"]``, (num_envs,) of bool, marks."""
-        super().reset(seed=seed)
+        """Begin an episode in every game, or in those that ``options["reset_mask"]``, (num_envs,) of bool, marks.
+
+        Raises
+        ------
+        ValueError
+            If there is not one seed for each game in a list of them, or not one truth value in ``reset_mask``.
+        """
+        seeds = [seed] * self.num_envs if seed is None or isinstance(seed, int) else list(seed)
+        if len(seeds) != self.num_envs:
+            raise ValueError(f"seed must be one number, or a list of {self.num_envs}, one for each game")
+        for each in reversed(seeds):  # Gymnasium refuses a wrong one; the first stays
+            super().reset(seed=each)
         marked = np.ones(self.num_envs, dtype=np.bool_)
         if options is not None and "reset_mask" in options:
             marked = np.asarray(options["reset_mask"])
@@ -100,11 +112,18 @@ class RigidOrigamiVectorEnv(VectorEnv[NDArray[Any], NDArray[np.int64], NDArray[A
         Raises
         ------
         ValueError
-            If a game has ended and nothing begins it anew (``Disabled``).
+            If there is not one action for each game; none is played then.
+        gymnasium.error.ResetNeeded
+            If a game has not begun, or has ended and nothing begins it anew (``Disabled``); none is played then.
         """
+        if np.shape(actions) != (self.num_envs,):
+            raise ValueError(f"must be {self.num_envs} actions, one for each game; the shape is {np.shape(actions)}")
         episodes, before = self._episodes, self._ended
-        if self.autoreset_mode == AutoresetMode.DISABLED and before.any():
-            raise ValueError(f"games {np.flatnonzero(before).tolist()} have ended: reset them before playing on")
+        idle = ~episodes.masks.any(axis=1)
+        if self.autoreset_mode == AutoresetMode.NEXT_STEP:
+            idle &= ~before
+        if idle.any():
+            raise ResetNeeded(f"games {np.flatnonzero(idle).tolist()} have ended or have not begun: reset them first")
         rewards, ended = np.zeros(self.num_envs), np.zeros(self.num_envs, dtype=np.bool_)
         infos: dict[str, Any] = {}
         for i, action in enumerate(actions):

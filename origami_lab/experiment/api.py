@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from origami_lab.errors import InputError
-from origami_lab.experiment.composing import compose_settings, working_directory_importable
+from origami_lab.experiment.composing import check_texts, compose_settings, working_directory_importable
 from origami_lab.experiment.result import Result
 from origami_lab.experiment.runner import Experiment, run_experiment
 
@@ -78,13 +78,12 @@ def show_results(console: Console, settings: Settings, experiment: Experiment) -
 
 def _checked(overrides: Sequence[str]) -> list[str]:
     """The overrides of one run; what else the command takes is refused."""
-    if isinstance(overrides, str) or not all(isinstance(text, str) for text in overrides):
-        raise InputError("overrides", overrides, 'must be a list of texts like ["target=bowl", "seed=0..3"]')
-    for text in overrides:
+    texts = check_texts(overrides)
+    for text in texts:
         if text in ("-m", "--multirun"):
             raise InputError("overrides", text, "must be one experiment; call run once for each")
         if text.startswith("-"):
             raise InputError("overrides", text, "flags are the command's; run takes settings, and config_dir=DIR")
         if "=" not in text and not text.startswith("~"):
             raise InputError("overrides", text, "must be settings like target=bowl")
-    return list(overrides)
+    return texts

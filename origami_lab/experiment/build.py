@@ -53,7 +53,20 @@ def build_parts(settings: Settings) -> Parts:
     check_objective(settings.objective["_target_"], objective)
     searcher = _make("search", settings.search)
     check_searcher(settings.search["_target_"], searcher)
+    _let_refuse(settings.search["_target_"], searcher, game)
     return Parts(game, target, objective, searcher)
+
+
+def _let_refuse(name: str, searcher: Any, game: Game) -> None:
+    """Let a searcher that can tell refuse the game now, instead of each trial later."""
+    if getattr(searcher, "check_game", None) is None:
+        return
+    try:
+        searcher.check_game(game)
+    except InputError:
+        raise
+    except Exception as error:
+        raise InputError("search", name, f"check_game raised {describe(error)}") from error
 
 
 def _wants_target(settings: Settings) -> bool:

@@ -50,6 +50,14 @@ def compose_settings(overrides: Sequence[str], own: Path | None = None) -> Setti
         raise explain(error, overrides, known_keys) or find_culprit(overrides) or error from None
 
 
+def check_texts(overrides: Sequence[str]) -> list[str]:
+    """The overrides as a list; raises InputError for anything but texts, one text that was to be a list included."""
+    texts = [overrides] if isinstance(overrides, str) else list(overrides)
+    if isinstance(overrides, str) or not all(isinstance(text, str) for text in texts):
+        raise InputError("overrides", overrides, 'must be a list of texts like ["target=bowl", "start.size=2"]')
+    return texts
+
+
 def known_keys() -> list[str]:
     """All keys and groups, to suggest one for a typo."""
     from omegaconf import OmegaConf

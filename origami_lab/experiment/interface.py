@@ -50,11 +50,13 @@ def check_objective(name: str, objective: Any) -> None:
 
 
 def check_searcher(name: str, searcher: Any) -> None:
-    """Raise InputError unless it has ``search(problem, rng)``."""
+    """Raise InputError unless it has ``search(problem, rng)``; ``check_game(game)`` may be left out."""
     if not callable(getattr(searcher, "search", None)):
         raise InputError("search", name, f"must make an object with a method search(problem, rng){_got(searcher)}")
     _refuse_class("search", name, searcher)
     _check_call("search", name, searcher, "search", ("problem", "rng"))
+    if getattr(searcher, "check_game", None) is not None:
+        _check_call("search", name, searcher, "check_game", ("game",))
 
 
 def _check_call(field: str, name: str, part: Any, method: str, arguments: tuple[str, ...]) -> None:

@@ -50,7 +50,7 @@ class Episodes:
     def step(self, i: int, action: int) -> tuple[float, bool]:
         """Play an action in episode i, one interaction: the reward, and whether the episode has ended.
 
-        An action that is not legal ends the episode with the penalty.
+        An action that is not legal, or not one of the game's, ends the episode with the penalty.
 
         Raises
         ------
@@ -58,7 +58,8 @@ class Episodes:
             If the problem's budget is spent.
         """
         problem, game = self.problem, self.problem.game
-        if not self.masks[i, action]:
+        # −1 would be the last action to NumPy, and nothing to the kernels
+        if not (0 <= action < game.n_actions and self.masks[i, action]):
             problem.spend(1)
             self.masks[i] = False
             return self._move_to(i, game.penalty), True

@@ -13,6 +13,7 @@ from importlib.util import find_spec
 import numpy as np
 
 from origami_lab.errors import InputError
+from origami_lab.game.game import Game
 from origami_lab.game.observation import View, view_of
 from origami_lab.search.checks import check_number, check_whole
 from origami_lab.search.episodes import Episodes
@@ -96,15 +97,14 @@ class ProximalPolicyOptimization:
     def search(self, problem: Problem, rng: np.random.Generator) -> None:
         from origami_lab.search.ppo_training import isolated, learner
 
-        vertices = None if self.vertices is None else min(self.vertices, problem.game.points)
-        view = view_of(problem.game, self.observation, vertices)
-        self._check_memory(view)
-        episodes = Episodes(problem, self.games, view)
+        self.check_game(problem.game)
+        episodes = Episodes(problem, self.games, self._view(problem.game))
         with isolated(int(rng.integers(2**31))), suppress(SearchEnded):
             learner(episodes, self).learn(problem.budget)
 
-    def _check_memory(self, view: View) -> None:
+    def check_game(self, game: Game) -> None:
         """Refuse observations so large that the first layers and a batch need too much memory; raises InputError."""
+        view = self._view(game)
         numbers = math.prod(view.shape)
         # weights of policy and value function, their gradients and Adam's two moments, four bytes each
         needed = numbers * (2 * 4 * 4 * self.layers[0] + self.batch * view.dtype.itemsize)
@@ -114,3 +114,6 @@ class ProximalPolicyOptimization:
                 "allowed: use search.observation=compact, search.vertices=64, or a smaller board"
             )
             raise InputError("search.observation", self.observation, expected)
+
+    def _view(self, game: Game) -> View:
+        return view_of(game, self.observation, None if self.vertices is None else min(self.vertices, game.points))

@@ -15,6 +15,7 @@ import pytest
 
 gymnasium = pytest.importorskip("gymnasium", reason="needs the extra gym: pip install 'origami-lab[gym]'")
 
+from gymnasium.error import Error, ResetNeeded  # noqa: E402
 from gymnasium.utils.env_checker import check_env  # noqa: E402
 from gymnasium.vector import AutoresetMode, SyncVectorEnv  # noqa: E402
 
@@ -69,6 +70,7 @@ def test_settings_are_the_commands() -> None:
         ({"overrides": ["target=bowel"]}, "target=bowel"),
         ({"target": "bowl", "observation": "picture"}, "observation=picture: must be compact or tensor"),
         ({"target": "bowl", "render_mode": "human"}, "render_mode=human: must be rgb_array"),
+        ({"overrides": "target=bowl"}, "overrides=target=bowl: must be a list of texts"),
         ({"game": Game(9, "xy", Square(1))}, "game="),
         ({"game": Game(9, "xy", Square(1)), "objective": object(), "target": "bowl"}, "overrides="),
     ],
@@ -102,6 +104,37 @@ def test_an_episode_ends_with_its_return_and_its_actions() -> None:
     env.reset()
     *_, reward, ended, _, info = env.step(env.action_space.n - 3)
     assert (reward, ended, info["status"]) == (env.game.penalty, True, "illegal action")
+
+
+def test_an_action_that_there_is_none_of_is_illegal() -> None:
+    env, vector = RigidOrigamiEnv(**parts()), RigidOrigamiVectorEnv(3, **parts())
+    vector.reset()
+    assert vector.action_masks()[:, -1].all()  # to NumPy −1 is the last action
+    actions = np.array([-1, -vector.game.n_actions, vector.game.n_actions])
+    _, rewards, ended, _, infos = vector.step(actions)
+    assert ended.all()
+    assert infos["status"].tolist() == ["illegal action"] * 3
+    for action, reward in zip(actions, rewards, strict=True):
+        env.reset()
+        _, *step, _, info = env.step(action)
+        assert (step, info["status"]) == ([reward, True], "illegal action")
+        assert reward == env.game.penalty
+
+
+def test_a_step_needs_an_episode() -> None:
+    env = RigidOrigamiEnv(**parts())
+    with pytest.raises(ResetNeeded, match="reset"):
+        env.step(0)
+    for _ in play(env, np.random.default_rng(0)):
+        pass
+    played = env.problem.interactions
+    with pytest.raises(ResetNeeded, match="reset"):
+        env.step(0)
+    assert env.problem.interactions == played
+    env.reset()
+    env.step(-1)
+    with pytest.raises(ResetNeeded, match="reset"):
+        env.step(0)
 
 
 def at(x: int, y: int) -> int:
@@ -161,12 +194,47 @@ def test_the_vector_form_is_many_single_ones(mode: AutoresetMode) -> None:
         over = left[2]
         ends += int(over.sum())
         if mode == AutoresetMode.DISABLED and over.any():
-            with pytest.raises(ValueError, match="have ended"):
+            with pytest.raises(ResetNeeded, match="have ended"):
                 vector.step(actions)
             same(vector.reset(options={"reset_mask": over}), single.reset(options={"reset_mask": over}))
     assert ends > 20
     assert vector.problem.interactions == sum(problem.interactions for problem in single.get_attr("problem"))
     assert vector.problem.best_value == max(problem.best_value for problem in single.get_attr("problem"))
+
+
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+def test_a_step_needs_an_action_and_an_episode_for_each_game(mode: AutoresetMode) -> None:
+    vector = RigidOrigamiVectorEnv(3, **parts(), autoreset_mode=mode)
+    with pytest.raises(ResetNeeded, match=r"\[0, 1, 2\]"):
+        vector.step(np.zeros(3, dtype=np.int64))
+    vector.reset(options={"reset_mask": np.array([True, False, True])})
+    with pytest.raises(ResetNeeded, match=r"\[1\]"):
+        vector.step(np.zeros(3, dtype=np.int64))
+    before, _ = vector.reset()
+    legal = int(np.flatnonzero(vector.action_masks()[0])[0])
+    for actions in ([legal], [legal] * 5, [[legal] * 3], legal):
+        with pytest.raises(ValueError, match="3 actions"):
+            vector.step(np.array(actions))
+    assert vector.problem.interactions == 0
+    after, *_ = vector.step([legal] * 3)  # a list will do, as in SyncVectorEnv
+    assert (after != before).any(axis=1).all()
+
+
+def test_the_vector_form_takes_the_seeds_that_sync_vector_env_takes() -> None:
+    vector = RigidOrigamiVectorEnv(3, **parts())
+    single = SyncVectorEnv([lambda: RigidOrigamiEnv(**parts()) for _ in range(3)])
+    for seed in (5, [1, 2, 3], [1, None, 3], (1, 2, 3), None):
+        same(vector.reset(seed=seed), single.reset(seed=seed))
+    for wrong, error in (([1, 2], ValueError), ([1, 2, 3, 4], ValueError), ([1, -2, 3], Error), (-1, Error)):
+        for env in (vector, single):
+            with pytest.raises(error):
+                env.reset(seed=wrong)
+
+
+@pytest.mark.parametrize("count", [0, -1, "3", 2.0, True, None])
+def test_the_number_of_games_is_at_least_one(count: Any) -> None:
+    with pytest.raises(InputError, match=f"num_envs={count}: must be a whole number, at least 1"):
+        RigidOrigamiVectorEnv(count, **parts())
 
 
 def same(left: Any, right: Any) -> None:

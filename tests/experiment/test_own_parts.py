@@ -57,6 +57,16 @@ class Searcher:
     def search(self, problem):
         pass
 
+class Picky:
+    def search(self, problem, rng):
+        pass
+    def check_game(self, game):
+        raise ValueError(f"no board of {game.board_size}")
+
+class NoGame(Picky):
+    def check_game(self):
+        pass
+
 class Plain:
     pass
 
@@ -106,6 +116,8 @@ REFUSED: list[tuple[str, str, str]] = [
     ("objective", "MODULE.HalfBound", "has bind(game); must have report(game, actions, angle), too"),
     ("objective", "MODULE.WantsTarget", "does not take these arguments: missing a required argument: 'target'"),
     ("search", "MODULE.Searcher", "search must be def search(self, problem, rng)"),
+    ("search", "MODULE.NoGame", "check_game must be def check_game(self, game)"),
+    ("search", "MODULE.Picky", "check_game raised ValueError: no board of 9 (MODULE.py, line "),
     ("search", "MODULE.Plain", "must make an object with a method search(problem, rng), made a Plain"),
     ("search", "MODULE.nothing", "method search(problem, rng), made None"),
     ("search", "MODULE.a_searcher_class", "returned the class RandomSearch; must return an object of it"),

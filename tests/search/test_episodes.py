@@ -98,6 +98,17 @@ def test_an_illegal_action_ends_the_episode_with_the_penalty() -> None:
     assert not episodes.problem.improvements
 
 
+@pytest.mark.parametrize("beyond", ["-1", "-n", "n"])
+def test_an_action_that_there_is_none_of_is_illegal(beyond: str) -> None:
+    episodes = episodes_of(ShapeObjective(cube()))
+    n = episodes.problem.game.n_actions
+    episodes.reset(0)
+    assert episodes.masks[0, -1]  # to NumPy −1 is the last action, which is legal here: it places the square
+    assert episodes.step(0, {"-1": -1, "-n": -n, "n": n}[beyond]) == (episodes.problem.game.penalty, True)
+    assert not episodes.masks.any()
+    assert episodes.problem.interactions == 1
+
+
 def test_episodes_side_by_side_do_not_touch_each_other() -> None:
     together, alone = episodes_of(ShapeObjective(cube()), 3), [episodes_of(ShapeObjective(cube())) for _ in range(3)]
     rng, ends = np.random.default_rng(0), 0

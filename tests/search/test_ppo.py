@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from importlib import util
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,7 @@ def torch() -> Any:
 
 
 def test_without_its_extra_it_says_how_to_install_it(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Any
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     found = util.find_spec
     monkeypatch.setattr("origami_lab.search.ppo.find_spec", lambda name: None if name == "torch" else found(name))
@@ -71,6 +72,19 @@ def test_the_whole_tensor_of_a_large_board_is_refused_with_advice() -> None:
     with pytest.raises(InputError, match=r"search\.observation=tensor: 391,875 numbers .* search\.vertices=64"):
         searcher.search(problem, np.random.default_rng(0))
     assert problem.interactions == 0
+
+
+@pytest.mark.usefixtures("torch")
+def test_the_command_refuses_it_before_anything_is_written(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    whole = ["search=ppo", "search.observation=tensor", "search.vertices=null"]
+    assert main(["target=bowl", *whole, "tracking=none", "output=out"]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("error: search.observation=tensor: 391,875 numbers")
+    assert error.count("\n") == 1
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("observation", ["compact", "tensor"])
