@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from origami_lab.errors import InputError
@@ -28,11 +28,27 @@ def find_runs(directory: Path, field: str) -> Iterator[Path]:
     """
     found = False
     for place, folders, files in os.walk(directory):
-        if "config.yaml" in files and ("trials.csv" in files or any(name.startswith("seed=") for name in folders)):
+        if _is_run(folders, files):
             found = True
             folders.clear()
             yield Path(place)
         else:
             folders[:] = sorted(name for name in folders if not _NOT_OURS.match(name))
     if not found:
-        raise InputError(field, directory, "there is no run folder at or below it (config.yaml and trials.csv)")
+        what = "there is no run folder at or below it (config.yaml and trials.csv)"
+        if directory.is_file():
+            what = "must be a folder, this is a file"
+        raise InputError(field, directory, what + _hint(directory))
+
+
+def _is_run(folders: Iterable[str], files: Iterable[str]) -> bool:
+    return "config.yaml" in files and ("trials.csv" in files or any(name.startswith("seed=") for name in folders))
+
+
+def _hint(place: Path) -> str:
+    """Names the run folder that a place is in, if it is in one."""
+    for parent in place.parents:
+        _, folders, files = next(os.walk(parent), ("", [], []))
+        if _is_run(folders, files):
+            return f"; did you mean the run folder that it is in, {parent}?"
+    return ""

@@ -55,13 +55,25 @@ def read_beside(name: str) -> dict[tuple[str, str, str], Known]:
             if lacking:
                 expected = f"must have the columns {', '.join(COLUMNS)}; there is no {', '.join(lacking)}"
                 raise InputError("--beside", name, expected)
-            return dict(_entry(row, reader.line_num, name) for row in reader)
+            if len(reader.fieldnames or ()) > len(COLUMNS):
+                raise InputError("--beside", name, f"line 1: must have the columns {', '.join(COLUMNS)} and no others")
+            found: dict[tuple[str, str, str], Known] = {}
+            lines: dict[tuple[str, str, str], int] = {}
+            for row in reader:
+                key, known = _entry(row, reader.line_num, name)
+                if key in found:
+                    expected = f"line {reader.line_num}: must not say again what line {lines[key]} says"
+                    raise InputError("--beside", name, f"{expected} ({', '.join(key)})")
+                found[key], lines[key] = known, reader.line_num
+            return found
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         expected = f"must be paper or a CSV file ({getattr(error, 'strerror', None) or error})"
         raise InputError("--beside", name, expected) from error
 
 
 def _entry(row: Mapping[str, str | None], line: int, name: str) -> tuple[tuple[str, str, str], Known]:
+    if len(row) > len(COLUMNS) or None in row.values():
+        raise InputError("--beside", name, f"line {line}: must have {len(COLUMNS)} cells, as its first line")
     cells = {column: (row.get(column) or "").strip() for column in COLUMNS}
     if cells["table"] not in TABLES:
         raise InputError("--beside", name, f"line {line}: table must be returns or interactions")
@@ -71,5 +83,7 @@ def _entry(row: Mapping[str, str | None], line: int, name: str) -> tuple[tuple[s
             raise ValueError
     except ValueError:
         raise InputError("--beside", name, f"line {line}: mean and std must be numbers (std may be empty)") from None
+    if (std or 0.0) < 0.0:
+        raise InputError("--beside", name, f"line {line}: std must be 0 or more, or empty")
     digits = min(len(cells["mean"].partition(".")[2]), 4)
     return (cells["table"], cells["method"], cells["task"]), Known(mean, std, cells["source"] or name, digits)

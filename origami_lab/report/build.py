@@ -81,10 +81,12 @@ def build_report(
         if not any(place[1] == column for place in curves):
             continue
         learning[column] = files.add_figure("learning", column.label, learning_figure(groups, column, curves))
-        threshold = threshold_of(groups, column) if solved is None else solved
+        threshold = threshold_of(groups, column, curves) if solved is None else solved
         if threshold is not None:
             figure = solved_figure(groups, column, curves, threshold)
             reached[column] = files.add_figure("solved", column.label, figure)
+        elif groups.best_of(column) is not None:
+            notes.append(Note(f"{column.label}: no curve of solved trials, the first design of each is as good as any"))
     say("drawing the designs")
     shapes = draw_shapes(groups, notes)
     patterns, motions = {}, {}
@@ -97,7 +99,9 @@ def build_report(
             motions[column] = draw_motion(*best, notes)
             files.add_figure("motion", column.label, motion_figure(motions[column], column))
     tables = [*returns, interactions]
-    content = Content(runs, groups, tables, learning, reached, shapes, patterns, motions, tuple(notes))
+    below = {note for table in tables for note in table.notes}
+    above = tuple(note for note in notes if f"{note.text}." not in below)
+    content = Content(runs, groups, tables, learning, reached, shapes, patterns, motions, above)
     _write(output, {"index.html": render(content, output), **files.contents})
     return Report(output, runs, notes)
 

@@ -19,6 +19,8 @@ from origami_lab.reporting.tables import FAILED, NO_DESIGN, OK, RETURNS, STOPPED
 
 IDENTITY = ("task", "method")
 """Keys that name the column and the row of a table."""
+FILES = {"target.path": ("target.surface", "target.ply"), "start.path": ("start.pattern", "start.json")}
+"""By settings that name a file of the user's: what it held is compared by this name, and kept in the run folder as."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +127,7 @@ def read_runs(directories: Sequence[Path]) -> tuple[list[Run], list[Note]]:
     """
     folders: dict[Path, Path] = {}
     for directory in directories:
-        if not directory.is_dir():
+        if not directory.exists():
             raise InputError("DIR", directory, "there is no such folder")
         for folder in find_runs(directory, "DIR"):
             folders.setdefault(folder.resolve(), folder)
@@ -169,13 +171,13 @@ def _read_run(folder: Path, notes: list[Note]) -> Run:
 
 
 def _settings(folder: Path, config: Mapping[str, Any]) -> dict[str, Any]:
-    """Dotted keys of what tells runs apart. A mesh file may have changed between them: its surface is compared, too."""
+    """Dotted keys of what tells runs apart. A file may have changed between them: what it held is compared, too."""
     kept = {key: value for key, value in config.items() if key not in (*FREE_TO_CHANGE, *IDENTITY)}
     settings = {key: value for key, value in flatten(kept).items() if not key.startswith("objective.target")}
     settings["budget"] = int(settings["budget"])  # what people write is also 1e6
-    surface = folder / "target.ply"
-    if "target.path" in settings and surface.is_file():
-        settings["target.surface"] = hashlib.sha256(surface.read_bytes()).hexdigest()[:8]
+    for key, (name, copy) in FILES.items():
+        if key in settings and (folder / copy).is_file():
+            settings[name] = hashlib.sha256((folder / copy).read_bytes()).hexdigest()[:8]
     # lists as they are typed: they are compared and shown, nothing else
     return {k: v if isinstance(v, str | int | float | None) else json.dumps(v) for k, v in settings.items()}
 

@@ -92,13 +92,27 @@ def _curve(improvements: Sequence[tuple[NDArray[np.int64], NDArray[np.float64]]]
     return Curve(steps, values)
 
 
-def threshold_of(groups: Groups, column: Heading) -> float | None:
-    """The return that counts as solved: nearly the best of any trial of the task."""
+def threshold_of(groups: Groups, column: Heading, curves: Mapping[tuple[Heading, Heading], Curve]) -> float | None:
+    """The return that counts as solved: nearly the best of any trial of the task.
+
+    None if it tells nothing: without a design, and where each trial with one was there from its first design on, as on
+    an objective that gives every sheet the same return until something is found.
+    """
     best = groups.best_of(column)
     if best is None:
         return None
     value = float(best[1].row["return"])
-    return value - max(NEAR, RELATIVE * abs(value))
+    threshold = value - max(NEAR, RELATIVE * abs(value))
+    rose = any(_rises(curve, threshold) for _, curve in _of(groups, column, curves))
+    designs = (trial for _, group in groups.column(column) for trial in group.counted if trial.status != NO_DESIGN)
+    missed = any(float(trial.row["return"]) < threshold for trial in designs)
+    return threshold if rose or missed else None
+
+
+def _rises(curve: Curve, threshold: float) -> bool:
+    """Whether a trial was below a return and came to it."""
+    below = (curve.values < threshold).any(axis=1)
+    return bool((below & (curve.values[:, -1] >= threshold)).any())
 
 
 def styles(rows: Sequence[Heading]) -> dict[Heading, tuple[str, str]]:

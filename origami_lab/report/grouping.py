@@ -109,7 +109,15 @@ def group_runs(runs: Sequence[Run]) -> Groups:
 
 
 def _ordered(names: Iterable[str], known: Sequence[str]) -> list[str]:
-    return sorted(names, key=lambda name: (known.index(name) if name in known else len(known), name))
+    """In a known order, each followed by what is named after it: bowl, bowl_as_published."""
+    place = {name: index for index, name in enumerate(known)}
+
+    def key(name: str) -> tuple[int, str]:
+        parts = name.split("_")
+        stems = ("_".join(parts[:length]) for length in range(len(parts), 0, -1))
+        return next((place[stem] for stem in stems if stem in place), len(known)), name
+
+    return sorted(names, key=key)
 
 
 def _headings(name: str, runs: Mapping[Part, int], notes: list[Note]) -> dict[tuple[str, Part], Heading]:

@@ -95,7 +95,7 @@ def _table(groups: Groups, name: str, title: str, values: Mapping[Place, Spread]
     kind = name.partition("_")[0]
     known = {key[1:]: value for key, value in beside.items() if key[0] == kind}
     rows = _with_known_rows(groups.rows, columns, known)
-    ours = {(row.name, column.name) for row, column in values}
+    placed = _places_beside(groups, rows, columns)
     cells = {}
     for column in columns:
         means = [values[row, column].mean for row in rows if (row, column) in values]
@@ -104,8 +104,8 @@ def _table(groups: Groups, name: str, title: str, values: Mapping[Place, Spread]
         for row in rows:
             spread = values.get((row, column))
             best = spread is not None and f"{spread.mean:.{digits}f}" == top
-            shown = spread is not None or ((row.name, column.name) not in ours and row.is_usual and column.is_usual)
-            cells[row, column] = Cell(spread, known.get((row.name, column.name)) if shown else None, best)
+            beside_it = known.get((row.name, column.name)) if (row, column) in placed else None
+            cells[row, column] = Cell(spread, beside_it, best)
     notes = _notes(groups, columns, kind) + _known_notes(cells.values())
     return Table(name, title, rows, columns, cells, tuple(notes), digits)
 
@@ -121,11 +121,29 @@ def _with_known_rows(
     return tuple(sorted(every, key=lambda row: place.get(row.name, len(METHODS))))
 
 
+def _places_beside(groups: Groups, rows: Iterable[Heading], columns: Iterable[Heading]) -> set[Place]:
+    """Where known values stand: tasks of the usual settings, in each searcher's usual row.
+
+    On a task that this row has not run, and one other row of the same searcher and budget has, that one is the usual.
+    """
+    places = set()
+    for usual in (row for row in rows if row.is_usual):
+        budgets = {group.budget for (row, _), group in groups.cells.items() if row == usual}
+        for column in (column for column in columns if column.is_usual):
+            own = {row: group.budget for row, group in groups.column(column) if row.name == usual.name}
+            if usual in own or not own:
+                places.add((usual, column))
+            elif len(own) == 1 and budgets.issuperset(own.values()):
+                places.add((next(iter(own)), column))
+    return places
+
+
 def _notes(groups: Groups, columns: Iterable[Heading], kind: str) -> list[str]:
     """What a reader must know to compare the cells."""
     counted = "in parentheses the number of trials"
     bold = "; the best of each column is bold" if kind == "returns" else ""
     notes = [f"Mean ± sample standard deviation, {counted}{bold}; {MISSING} was not run or has no trial that counts."]
+    notes += [f"{note.text}." for note in groups.notes if not note.folders]  # what rows and columns stand for
     cells = {(row, column): group for column in columns for row, group in groups.column(column)}
     notes += _unequal(cells, "Budget, in interactions a trial", lambda group: group.budget)
     notes += _unequal(cells, "Trials", lambda group: len(group.counted), only_if_unequal=True)

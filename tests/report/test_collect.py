@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import re
 import shutil
 from pathlib import Path
 
@@ -80,6 +82,21 @@ def test_a_mesh_file_that_changed_is_another_target(tmp_path: Path) -> None:
     assert [len(group.trials) for group in groups.cells.values()] == [2, 1]
 
 
+def test_a_start_file_that_changed_is_another_start(tmp_path: Path) -> None:
+    for name, content in (("a", b"1"), ("b", b"1"), ("c", b"2")):
+        folder = write_run(tmp_path / name, "cube", "rdm", {ord(name): trial(-1.0)}, start__path="/mine.fold")
+        (folder / "start.json").write_bytes(content)
+    for name in ("d", "e"):  # what is no file of the user's is not compared
+        folder = write_run(tmp_path / name, "bowl", "rdm", {ord(name): trial(-1.0)})
+        (folder / "start.json").write_text(name, encoding="utf-8")
+    write_run(tmp_path / "f", "bowl", "rdm", [trial(-1.0)])
+    _, groups, _ = gather(tmp_path)
+    [row], columns = labels(groups)
+    short = hashlib.sha256(b"2").hexdigest()[:8]
+    assert columns == ["cube", f"cube (start.pattern={short})", "bowl"]
+    assert [len(cell(groups, row, column).trials) for column in columns] == [2, 1, 3]
+
+
 def test_a_seed_counts_once(tmp_path: Path) -> None:
     write_run(tmp_path / "a", "cube", "rdm", {0: trial(-1.0), 1: failed()})
     shutil.copytree(tmp_path / "a", tmp_path / "b")
@@ -137,3 +154,16 @@ def test_nothing_to_read_is_an_error(tmp_path: Path, capsys: pytest.CaptureFixtu
         assert error.startswith("error: DIR=")
         assert error.count("\n") == 1
         assert not (tmp_path / name / "report").exists()
+
+
+def test_what_is_in_a_run_is_not_one_but_the_run_is_named(tmp_path: Path) -> None:
+    run = write_run(tmp_path / "run", "cube", "rdm", [trial(-1.0)])
+    (tmp_path / "file").touch()
+    meant = rf"\; did you mean the run folder that it is in, {re.escape(str(run))}\?$"
+    for name, why in (
+        ("run/trials.csv", "must be a folder, this is a file" + meant),
+        ("run/seed=0", "there is no run folder at or below it .*" + meant),
+        ("file", "must be a folder, this is a file$"),
+    ):
+        with pytest.raises(InputError, match=why):
+            gather(tmp_path / name)

@@ -37,13 +37,26 @@ def test_the_best_so_far(folder: Path) -> None:
 
 def test_solved_is_nearly_the_best_of_the_task(folder: Path, tmp_path: Path) -> None:
     write_run(tmp_path / "b", "cube", "evo", [trial(-0.5)])
-    write_run(tmp_path / "c", "bowl", "evo", [trial(-0.01)])
+    write_run(tmp_path / "c", "bowl", "evo", [trial(-0.01), trial(-0.02)])
     write_run(tmp_path / "d", "face", "evo", [trial(-9.0, status="no design")])
     _, groups, _ = gather(tmp_path)
-    found = {column.label: threshold_of(groups, column) for column in groups.columns}
+    curves = read_curves(groups, [])
+    found = {column.label: threshold_of(groups, column, curves) for column in groups.columns}
     assert found["cube"] == pytest.approx(-0.505)  # 1 %
     assert found["bowl"] == pytest.approx(-0.011)  # 0.001
     assert found["face"] is None
+
+
+def test_what_every_first_design_is_worth_is_not_solved(tmp_path: Path) -> None:
+    none = trial(-8.0, status="no design")
+    write_run(tmp_path / "a", "bucket", "rdm", [trial(0.0), trial(0.0), none])
+    write_run(tmp_path / "b", "shelf", "rdm", [trial(0.0), trial(4.0), none])  # one found something
+    write_run(tmp_path / "c", "cube", "rdm", [trial(-0.07)], curves={0: [(10, -4.0), (30, -0.07)]})  # it rose
+    write_run(tmp_path / "d", "table", "rdm", [trial(-0.05)], curves={0: [(10, -0.0505), (30, -0.05)]})
+    _, groups, _ = gather(tmp_path)
+    curves = read_curves(groups, [])
+    found = {column.label: threshold_of(groups, column, curves) for column in groups.columns}
+    assert found == {"bucket": None, "shelf": pytest.approx(3.96), "cube": pytest.approx(-0.071), "table": None}
 
 
 def test_figures_show_the_curves(folder: Path, tmp_path: Path) -> None:

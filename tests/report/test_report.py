@@ -145,11 +145,15 @@ def test_the_same_runs_make_the_same_bytes(results: Path, tmp_path: Path) -> Non
 def test_a_report_is_written_again_and_nothing_else_is_overwritten(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    write_run(tmp_path / "runs/a", "cube", "rdm", [trial(-1.0)])
+    write_run(tmp_path / "runs/a", "cube", "rdm", [trial(0.0), trial(0.0)])
     out = tmp_path / "out"
     arguments = ["report", str(tmp_path / "runs"), "--output", str(out)]
     assert main(arguments) == 0
     assert (out / "figures/learning-cube.svg").is_file()
+    assert not (out / "figures/solved-cube.svg").exists()
+    note = "cube: no curve of solved trials, the first design of each is as good as any"
+    assert note in (out / "index.html").read_text(encoding="utf-8")
+    assert f"note: {note}\n" in capsys.readouterr().err
     shutil.rmtree(tmp_path / "runs/a")
     write_run(tmp_path / "runs/b", "bowl", "rdm", [trial(-1.0)])
     assert main([*arguments, "--solved", "-1.5"]) == 0

@@ -7,15 +7,16 @@ import io
 import math
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from origami_lab.errors import InputError
-from origami_lab.report.beside import Known, read_beside
+from origami_lab.report.beside import COLUMNS, Known, read_beside
 from origami_lab.report.tables import Table, interactions_table, return_tables
 from origami_lab.report.writing import csv_text, latex, markdown, number, tex
 from origami_lab.reporting.tables import Spread
-from tests.report.runs import failed, gather, trial, write_run
+from tests.report.runs import failed, gather, labels, trial, write_run
 
 HALF = math.sqrt(0.5)  # the sample standard deviation of two numbers that are 1 apart
 
@@ -148,12 +149,12 @@ def test_numbers() -> None:
 def test_the_paper_s_values_beside_ours(four: Path) -> None:
     _, groups, _ = gather(four)
     paper = read_beside("paper")
-    assert len(paper) == 2 * 6 * 4
+    assert len(paper) == 2 * 6 * (4 + 2)
     [table] = return_tables(groups, paper)
     assert [row.label for row in table.rows] == ["rdm", "dfts", "bfts", "mcts", "ppo", "evo"]
     cells = {(row.label, column.label): cell for (row, column), cell in table.cells.items()}
     # the paper: rdm on the cube -0.76 ± 0.13, ours -2 ± 1, so more than either; evo -0.44 ± 0.30, ours -1 ± 0.71
-    assert cells["rdm", "cube"].known == Known(-0.76, 0.13, "the paper", 2)
+    assert cells["rdm", "cube"].known == Known(-0.76, 0.13, "the paper (distances between sampled points)", 2)
     assert cells["rdm", "cube"].mark == "↓"
     assert cells["evo", "cube"].mark == ""
     assert cells["ppo", "cube"].spread is None
@@ -161,15 +162,82 @@ def test_the_paper_s_values_beside_ours(four: Path) -> None:
     assert "| rdm | −0.2500 (1) [−0.09 ± 0.00]↓ | −2.0000 ± 1.0000 (3) [−0.76 ± 0.13]↓ |" in text
     assert "| ppo | – [−0.09 ± 0.01] | – [−0.68 ± 0.28] |" in text
     assert r"[$-0.76\pm 0.13$]$^{\downarrow}$" in latex([table])
-    assert "In brackets: the paper." in text
+    assert "In brackets: the paper (distances between sampled points). ↑" in text
+    assert "In brackets: the paper. ↑" in markdown([interactions_table(groups, paper)])
     assert interactions_table(groups, paper).cell(table.rows[0], table.columns[1]).known == Known(
         73, 89, "the paper", 0
     )
 
 
+def beside(table: Table) -> dict[tuple[str, str], float]:
+    """The means beside ours, by label."""
+    return {(r.label, c.label): cell.known.mean for (r, c), cell in table.cells.items() if cell.known is not None}
+
+
+def test_known_values_stand_only_beside_the_usual_settings(tmp_path: Path) -> None:
+    variants: list[dict[str, Any]] = [{}, {}, {"certify": "none"}, {"board__size": 31}, {"budget": 9000}]
+    for seed, settings in enumerate(variants):  # most runs have the usual settings
+        write_run(tmp_path / str(seed), "cube", "rdm", {seed: trial(-1.0)}, **settings)
+    write_run(tmp_path / "bowl", "bowl", "rdm", [trial(-1.0)], budget=9000)
+    _, groups, _ = gather(tmp_path)
+    paper = read_beside("paper")
+    for table, value in ((return_tables(groups, paper)[0], -0.76), (interactions_table(groups, paper), 73)):
+        assert {row.label for row in table.rows} > {"rdm", "rdm (budget=9000)"}
+        assert [column.label for column in table.columns[1:]] == ["cube (certify=none)", "cube (board.size=31)", "bowl"]
+        ours = {place: known for place, known in beside(table).items() if place[0].startswith("rdm")}
+        assert ours == {("rdm", "cube"): value}
+        assert len(beside(table)) == 1 + 5 * 2  # the searchers that only the paper has
+
+
+def test_the_paper_s_values_stand_beside_what_was_run_as_published(tmp_path: Path) -> None:
+    published: dict[str, Any] = {"objective__distance": "sampled", "certify": "none", "stuck": "penalise"}
+    for task in ("cube", "bowl"):
+        write_run(tmp_path / task, task, "evo", [trial(-1.0)], search__rescale=True)
+        write_run(tmp_path / f"{task}-plain", task, "evo", [trial(-1.0)], search__rescale=False)
+        write_run(tmp_path / f"{task}-dfts", task, "dfts", [trial(-1.0)], search__restarts=200)
+    write_run(tmp_path / "bucket", "bucket", "evo", [trial(1.0)], search__rescale=True)
+    write_run(tmp_path / "evo", "bowl_as_published", "evo", [trial(-1.0)], search__rescale=False, **published)
+    write_run(tmp_path / "dfts", "bowl_as_published", "dfts", [trial(-1.0)], search__restarts=10, **published)
+    # the usual settings are those of most runs
+    write_run(tmp_path / "table", "table", "evo", [trial(1.0)], search__rescale=True)
+    _, groups, _ = gather(tmp_path)
+    plain = "evo (search.rescale=false)"
+    columns = ["cube", "bowl", "bowl_as_published", "bucket", "table"]
+    assert labels(groups) == (["dfts", "evo", plain], columns)
+    table = return_tables(groups, read_beside("paper"))[0]
+    both = "dfts: cube, bowl with search.restarts=200; bowl_as_published with search.restarts=10."
+    assert {both, "evo, where nothing else is said: search.rescale=true."} < set(table.notes)
+    known = beside(table)
+    ours = {place: value for place, value in known.items() if place[0] in ("dfts", "evo", plain)}
+    assert ours == {
+        ("dfts", "cube"): -0.07,
+        ("dfts", "bowl"): -0.85,
+        ("dfts", "bowl_as_published"): -0.85,
+        ("evo", "cube"): -0.44,
+        ("evo", "bowl"): -1.09,
+        (plain, "bowl_as_published"): -1.09,
+    }
+
+
+def test_as_published_the_paper_s_values_are_those_of_its_tasks() -> None:
+    paper = read_beside("paper")
+    copies = {key: known for key, known in paper.items() if key[2].endswith("_as_published")}
+    assert {key[2] for key in copies} == {"bowl_as_published", "face_as_published"}
+    for (table, method, task), known in copies.items():
+        assert known == paper[table, method, task.removesuffix("_as_published")]
+
+
+HEAD = ",".join(COLUMNS) + "\n"
+
+
 @pytest.mark.parametrize(
     ("text", "why"),
     [
+        (HEAD + "a,b,returns,-1,-2,\n", "line 2: std must be 0 or more"),
+        (HEAD + "a,b,returns,-1,,,more\n", "line 2: must have 6 cells"),
+        (HEAD + "a,b,returns,-1,,x\na,b,returns,-1\n", "line 3: must have 6 cells"),
+        (HEAD.strip() + ",more\na,b,returns,-1,,x,1\n", "line 1: must have the columns .* and no others"),
+        (HEAD + "a,b,returns,-1,,\nc,b,returns,-1,,\na,b,returns,-2,,\n", "line 4: must not say again what line 2"),
         (None, "must be paper or a CSV file"),
         ("task,method\n", "there is no table, mean, std, source"),
         ("task,method,table,mean,std,source\na,b,returns,x,,\n", "line 2: mean and std must be numbers"),
