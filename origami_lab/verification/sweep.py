@@ -1,0 +1,214 @@
+"""No panel crosses another: every pair is excluded over every interval of the motion, or named.
+
+An interval between two states of the motion is halved, for the pairs that are left, until a plane parts them all over it
+(:meth:`Neighbourhood.parted`), two panels are seen to cross, or it is ``FLOOR`` wide.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from origami_lab.verification.motion import Motion, between
+from origami_lab.verification.linkage import State
+from origami_lab.verification.pairs import SAFETY, Neighbourhood, Pairs
+from origami_lab.verification.separation import TOUCH, overlap_in_plane
+from origami_lab.verification.planar import Array
+
+FLOOR = 2e-6
+"""Radians of driving angle: the width of an interval that is not halved again."""
+UNSMOOTH = 0.02
+"""Radians: what a cubic misses between two states of a smooth motion is far less."""
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """Two panels and the driving angle (radians) at which something is the matter with them."""
+
+    panels: tuple[int, int]
+    angle: float
+    how: str
+
+
+@dataclass(frozen=True)
+class Gap:
+    """An interval of driving angles (radians) that could not be certified."""
+
+    low: float
+    high: float
+    why: str
+
+
+@dataclass
+class Findings:
+    """What a sweep found."""
+
+    crossing: Meeting | None = None
+    gaps: list[Gap] = field(default_factory=list)
+    contacts: dict[tuple[int, int], tuple[float, float]] = field(default_factory=dict)
+    """Panels that touch over an interval, first and last driving angle at which they do."""
+    clearance: float = float("inf")
+    closest: Meeting | None = None
+    intervals: int = 0
+    states: int = 0
+    residual: float = 0.0
+    thin: Meeting | None = None
+    """Panels that are closer than the thickness."""
+
+
+class Sweep:
+    """A walk along the motion, interval by interval."""
+
+    def __init__(self, motion: Motion, near: Neighbourhood, thickness: float, most_states: int) -> None:
+        self.motion, self.near, self.thickness, self.most_states = motion, near, thickness, most_states
+        self.touch = TOUCH * near.sheet.size
+        self.look = max(near.sheet.size / 20.0, 1.01 * thickness)
+        self.found = Findings()
+
+    def state(self, driving: float, guess: Array) -> State | None:
+        """A state of the motion, counted."""
+        self.found.states += 1
+        state = self.motion.solve(driving, guess)
+        if state is not None:
+            self.found.residual = max(self.found.residual, state.residual)
+        return state
+
+    def interval(self, a: State, b: State, pairs: tuple[Pairs, Pairs] | None = None) -> None:
+        """Exclude crossings between two states (a.driving < b.driving); ``pairs`` None: all."""
+        found = self.found
+        if found.crossing is not None or found.states > self.most_states:
+            if found.crossing is None:
+                self.give_up(a, b, "it takes too many states")
+            return
+        found.intervals += 1
+        m = self.state((a.driving + b.driving) / 2.0, between(a, b, 0.5))
+        width = b.driving - a.driving
+        if m is None or np.abs(m.rho - between(a, b, 0.5)).max(initial=0.0) > UNSMOOTH:
+            if m is None or width <= FLOOR:
+                self.give_up(a, b, "the solver finds no smooth motion there")
+                return
+            self.interval(a, m, pairs)
+            self.interval(m, b, pairs)
+            return
+        self.past_flat(a, b)
+        if pairs is None:
+            pairs = (self.near.neighbours, self.close_pairs(a, m, b))
+            self.measure(pairs[1], (a, m, b))
+        left = tuple(self.unresolved(some, a, m, b) for some in pairs)
+        if not any(len(some) for some in left) or found.crossing is not None:
+            return
+        for state, before in ((a, a), (m, a), (b, m)):
+            for some in left:
+                depth = self.near.depth(some, state)
+                if len(depth) and depth.max() > self.touch:
+                    at = int(np.argmax(depth))
+                    self.cross(some.take(np.array([at])), before, state)
+                    return
+        if width <= FLOOR:
+            self.at_the_floor(left, a, b)
+            return
+        self.interval(a, m, (left[0], left[1]))
+        self.interval(m, b, (left[0], left[1]))
+
+    def close_pairs(self, a: State, m: State, b: State) -> Pairs:
+        """Pairs without a common vertex that come near each other somewhere in the interval."""
+        h = b.driving - a.driving
+        x0, x1, v0, v1 = *(self.near.corners(s) for s in (a, b)), *(self.near.velocities(s) for s in (a, b))
+        missed = np.abs((x0 + x1) / 2.0 + h / 8.0 * (v0 - v1) - self.near.corners(m)).max(axis=(1, 2))
+        controls = np.concatenate([x0, x0 + h / 3.0 * v0, x1 - h / 3.0 * v1, x1], axis=1)
+        around = (2.0 * SAFETY * missed + self.touch + self.look / 2.0)[:, None]
+        return self.near.close(controls.min(axis=1) - around, controls.max(axis=1) + around)
+
+    def measure(self, pairs: Pairs, states: tuple[State, ...]) -> None:
+        """Keep the least distance of panels without a common vertex."""
+        for state in states:
+            if not len(pairs):
+                return
+            distance = self.near.distance(pairs, state)
+            at = int(np.argmin(distance))
+            if distance[at] < self.found.clearance:
+                self.found.clearance = float(distance[at])
+                self.found.closest = Meeting(_panels(pairs, at), state.driving, "closest")
+                self.look = min(self.look, max(self.found.clearance, 1.01 * self.thickness, 1e-3 * self.near.sheet.size))
+            if distance[at] < self.thickness and self.found.thin is None:
+                self.found.thin = Meeting(_panels(pairs, at), state.driving, f"{distance[at]:.6g} apart")
+
+    def unresolved(self, pairs: Pairs, a: State, m: State, b: State) -> Pairs:
+        """The pairs that no plane parts over the interval; those that touch all along are noted."""
+        gap = self.near.parted(pairs, a, m, b)
+        wanted = 0.0 if pairs.hinged else self.thickness
+        resolved = gap > wanted
+        touching = ~resolved & (gap >= -(TOUCH if pairs.hinged else self.touch)) & (wanted == 0.0)
+        if touching.any() and not pairs.hinged:  # not only near each other, or halving will tell
+            some = pairs.take(touching)
+            touching[touching] = np.min([self.near.distance(some, s) for s in (a, m, b)], axis=0) <= self.touch
+        for at in np.flatnonzero(touching):
+            self.contact(pairs.take(np.array([at])), a, b)
+        return pairs.take(~resolved & ~touching)
+
+    def contact(self, pair: Pairs, a: State, b: State) -> None:
+        """Note that two panels touch; sliding into each other in one plane is more than that."""
+        panels = _panels(pair, 0)
+        p = self.near.first(pair)
+        before, after = (
+            overlap_in_plane(p, self.near.second(pair, s)[0], 10.0 * self.touch)[0] for s in (a, b)
+        )
+        flat_before = np.abs(self.near.second(pair, a)[0][..., 2]).max() <= 10.0 * self.touch
+        if after and not before and flat_before:
+            self.found.crossing = Meeting(panels, b.driving, "slide into each other in one plane")
+            return
+        first, last = self.found.contacts.get(panels, (a.driving, b.driving))
+        self.found.contacts[panels] = (min(first, a.driving), max(last, b.driving))
+
+    def cross(self, pair: Pairs, before: State, after: State) -> None:
+        """Two panels cross at a state: find the angle at which they begin to."""
+        if before is not after and self.near.depth(pair, before)[0] <= self.touch:
+            while after.driving - before.driving > 1e-4:
+                m = self.state((before.driving + after.driving) / 2.0, between(before, after, 0.5))
+                if m is None:
+                    break
+                before, after = (before, m) if self.near.depth(pair, m)[0] > self.touch else (m, after)
+        self.found.crossing = Meeting(_panels(pair, 0), after.driving, "cross")
+
+    def past_flat(self, a: State, b: State) -> None:
+        """A crease that folds beyond ±180° takes its panels through each other."""
+        over = np.flatnonzero(np.abs(b.rho) > np.pi + 1e-6)
+        if len(over):
+            left, right = (int(f) for f in self.near.sheet.beside[over[0]])
+            self.found.crossing = Meeting((left, right), b.driving, "pass through each other at their crease")
+
+    def at_the_floor(self, left: tuple[Pairs, ...], a: State, b: State) -> None:
+        """Pairs that are still open in a tiny interval: through each other, or not certified."""
+        for some in left:
+            for at in range(len(some)):
+                pair = some.take(np.array([at]))
+                sides = [self.side(pair, s) for s in (a, b)]
+                panels = _panels(pair, 0)
+                if self.thickness > 0.0 and not some.hinged:
+                    if self.near.distance(pair, b)[0] < self.thickness:
+                        self.found.thin = self.found.thin or Meeting(panels, b.driving, "closer than the thickness")
+                    continue
+                if sides[0] * sides[1] < 0.0:
+                    self.found.crossing = Meeting(panels, b.driving, "pass through each other")
+                    return
+                self.give_up(a, b, f"panels {panels[0]} and {panels[1]} touch or nearly touch")
+
+    def side(self, pair: Pairs, state: State) -> float:
+        """On which side of the first triangle the second one lies, 0 if on both."""
+        height = self.near.second(pair, state)[0][0, :, 2]
+        low, high = height.min(), height.max()
+        return 0.0 if low < -self.touch and high > self.touch else float(np.sign(low + high))
+
+    def give_up(self, a: State, b: State, why: str) -> None:
+        """Note an interval that is not certified, joined to the last one if that says the same."""
+        last = self.found.gaps[-1] if self.found.gaps else None
+        if last is not None and last.why == why and abs(last.high - a.driving) < 1e-3:
+            self.found.gaps[-1] = Gap(last.low, b.driving, why)
+        else:
+            self.found.gaps.append(Gap(a.driving, b.driving, why))
+
+
+def _panels(pairs: Pairs, at: int) -> tuple[int, int]:
+    p, q = (int(panel) for panel in pairs.panels[at])
+    return min(p, q), max(p, q)
