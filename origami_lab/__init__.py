@@ -1,7 +1,8 @@
 """origami-lab: search for crease patterns that fold rigidly, with one degree of freedom, into a shape.
 
 ``origami_lab.run([...])`` does what the command does and ``origami_lab.load(DIR)`` reads a finished run; both return
-a :class:`Result`. They are imported when first used, so that ``import origami_lab`` costs nothing.
+a :class:`Result`. ``origami_lab.verify(FILE)`` returns a design's :class:`Certificate`. They are imported when first
+used, so that ``import origami_lab`` costs nothing.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ if TYPE_CHECKING:
     from origami_lab.experiment.api import run as run
     from origami_lab.experiment.result import Result as Result
     from origami_lab.experiment.result import load as load
+    from origami_lab.verification.certificate import Certificate as Certificate
+    from origami_lab.verification.checking import verify as verify
 
 __version__ = "0.1.0"
 
@@ -22,6 +25,8 @@ _HOMES = {
     "load": "origami_lab.experiment.result",
     "Result": "origami_lab.experiment.result",
     "InputError": "origami_lab.errors",
+    "verify": "origami_lab.verification.checking",
+    "Certificate": "origami_lab.verification.certificate",
 }
 
 

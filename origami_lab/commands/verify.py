@@ -13,12 +13,16 @@ from origami_lab.errors import InputError
 
 def main(arguments: Sequence[str]) -> int:
     """Print the certificate; returns 0 certified, 1 refuted, 3 not certifiable (2, unreadable, is raised)."""
-    description = "Check a FOLD file: the sheet, its panels, its loops, its one degree of freedom, and that no panels cross."
+    description = (
+        "Check a FOLD file: the sheet, its panels, its loops, its one degree of freedom, and that no panels cross."
+    )
     epilog = "Exit codes: 0 certified, 1 refuted, 2 the file cannot be read, 3 not certifiable. See docs/verify.md."
     parser = argparse.ArgumentParser("origami-lab verify", description=description, epilog=epilog)
     parser.add_argument("file", help="a FOLD file with folded states or fold angles, ours or any program's")
     parser.add_argument("--json", metavar="FILE", help="write the certificate as JSON; - writes it to standard output")
-    parser.add_argument("--thickness", type=float, default=0.0, help="distance that panels must keep, in the file's units")
+    parser.add_argument(
+        "--thickness", type=float, default=0.0, help="distance that panels must keep, in the file's units"
+    )
     try:
         options = parser.parse_args(arguments)
     except SystemExit as ended:

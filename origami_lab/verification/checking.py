@@ -17,11 +17,11 @@ from origami_lab.verification.document import Design, Document, document_of
 from origami_lab.verification.freedom import is_free, rank
 from origami_lab.verification.linkage import Linkage, State
 from origami_lab.verification.motion import Motion
-from origami_lab.verification.pairs import Neighbourhood, TooMany
+from origami_lab.verification.pairs import CrowdedError, Neighbourhood
 from origami_lab.verification.panels import unfolded
 from origami_lab.verification.planar import Array
 from origami_lab.verification.separation import TOUCH, overlap_in_plane
-from origami_lab.verification.sheet import NotASheet, NotDecidable, Sheet, build_sheet
+from origami_lab.verification.sheet import Sheet, SheetError, UndecidableError, build_sheet
 from origami_lab.verification.states import (
     SAME_ANGLE,
     Claim,
@@ -64,8 +64,8 @@ def _checks(document: Document, thickness: float) -> Iterator[Check]:
         if flat is None:
             flat = unfolded(document, next(f.coords for f in document.frames if f.coords is not None))
         sheet = build_sheet(flat, document)
-    except (NotASheet, NotDecidable) as error:
-        yield Check("sheet valid", WRONG if isinstance(error, NotASheet) else OPEN, str(error))
+    except (SheetError, UndecidableError) as error:
+        yield Check("sheet valid", WRONG if isinstance(error, SheetError) else OPEN, str(error))
         return
     linkage = Linkage(sheet)
     found = claims(sheet, document)
@@ -114,7 +114,7 @@ class _Moving:
         try:
             near = Neighbourhood(linkage, held)
             crossing = self.crossing_at_states(near)
-        except TooMany:
+        except CrowdedError:
             yield Check("crossing", OPEN, "too many panels lie close to each other to check them pair by pair")
             return
         folded = [claim for claim in self.found if np.abs(claim.rho).max(initial=0.0) > SAME_ANGLE]
@@ -130,7 +130,7 @@ class _Moving:
             return
         try:
             yield from self.motion_checks(motion, near, states, crossing)
-        except TooMany:
+        except CrowdedError:
             yield Check("crossing", OPEN, "too many panels come close to each other to check them pair by pair")
 
     def why_not(self, sheet: Sheet, held: NDArray[np.bool_], folded: list[Claim]) -> str:
@@ -189,11 +189,16 @@ class _Moving:
         angles = [self.driving(claim, drive) for claim in folded]
         tied = [rank(linkage, claim.rho, free) for claim in folded]
         singular = [angles[k] for k, r in enumerate(tied) if r.freedoms]
-        numbers |= {"freedoms_when_driven": min(r.freedoms for r in tied), "smallest_singular_value": min(r.smallest for r in tied)}
+        numbers |= {
+            "freedoms_when_driven": min(r.freedoms for r in tied),
+            "smallest_singular_value": min(r.smallest for r in tied),
+        }
         if len(singular) == len(tied) and any(
             is_free(motion, a, c.rho, r) for a, c, r in zip(angles, folded, tied, strict=True)
         ):
-            text = f"{min(r.freedoms for r in tied)} left when the driven creases are held: the design can move on its own"
+            text = (
+                f"{min(r.freedoms for r in tied)} left when the driven creases are held: the design can move on its own"
+            )
             e = int(free[np.abs(tied[-1].directions[0]).argmax()])
             left, right = sorted(int(f) for f in sheet.beside[e])
             return Check(name, WRONG, text, numbers | {"edge": e}, (left, right), math.degrees(angles[-1])), None, []
@@ -213,8 +218,10 @@ class _Moving:
 
     def driving(self, claim: Claim, drive: Array) -> float:
         """The driving angle of a state, radians: what the file says, or how far the driven creases fold."""
-        return abs(claim.driving) if claim.driving is not None and self.document.driven is not None else float(
-            np.abs(claim.rho[drive != 0.0]).mean()
+        return (
+            abs(claim.driving)
+            if claim.driving is not None and self.document.driven is not None
+            else float(np.abs(claim.rho[drive != 0.0]).mean())
         )
 
     # the motion
@@ -246,7 +253,7 @@ class _Moving:
                 text = f"not followed between {degrees(gap.low)} and {degrees(gap.high)}: {gap.why}"
                 yield Check("motion", OPEN, text, numbers)
             elif not course.flat:
-                text = f"followed {covered}, but not into the flat sheet"
+                text = f"{degrees(course.low)}, the first state, could not be followed down to the flat sheet"
                 yield Check("motion", OPEN, text, numbers)
             else:
                 text = f"{covered}{below}; loops close to {math.degrees(found.residual):.1e}° in {found.states} states"
@@ -263,8 +270,10 @@ class _Moving:
         if open_pairs:
             gap = open_pairs[0]
             text = f"not certified between {degrees(gap.low)} and {degrees(gap.high)}: {gap.why}"
-            yield Check("crossing", OPEN, text, {"intervals": [[math.degrees(g.low), math.degrees(g.high)] for g in open_pairs]})
-        elif solver:
+            yield Check(
+                "crossing", OPEN, text, {"intervals": [[math.degrees(g.low), math.degrees(g.high)] for g in open_pairs]}
+            )
+        elif solver or not course.flat:
             yield Check("crossing", OPEN, "no panels cross where the motion could be followed")
         else:
             contacts = [[*pair, *map(math.degrees, span)] for pair, span in sorted(found.contacts.items())]
@@ -302,7 +311,12 @@ class _Moving:
         if closest is None:
             return Check(name, OK, f"panels without a common vertex keep more than {sweep.look:.3g} apart")
         p, q = closest.panels
-        numbers = {"clearance": found.clearance, "pair": [p, q], "at": math.degrees(closest.angle), "thickness": self.thickness}
+        numbers = {
+            "clearance": found.clearance,
+            "pair": [p, q],
+            "at": math.degrees(closest.angle),
+            "thickness": self.thickness,
+        }
         text = f"{found.clearance:.3g}, between panels {p} and {q} at {degrees(closest.angle)}"
         if self.thickness > 0.0:
             text += f"; all keep {self.thickness:g} apart"

@@ -10,10 +10,10 @@ import numpy as np
 
 from origami_lab.verification.certificate import degrees
 from origami_lab.verification.linkage import State
-from origami_lab.verification.motion import Motion, Stuck, between
+from origami_lab.verification.motion import SMOOTH, SMOOTHER, Motion, StuckError, between
 from origami_lab.verification.pairs import Neighbourhood
 from origami_lab.verification.planar import Array
-from origami_lab.verification.separation import separating, separating_cones
+from origami_lab.verification.states import wrapped
 from origami_lab.verification.sweep import Gap, Sweep
 
 SAME_STATE = 1e-4
@@ -44,16 +44,25 @@ def follow(sweep: Sweep, states: Sequence[State]) -> Course:
     course = Course(states[0].driving, False, states[-1].driving, 0.0, [])
     down = _descend(motion, near, states[0], sweep.most_states // 4)
     course.low, course.flat = down[-1].driving, nearly_flat(near, down[-1])
-    _sweep(sweep, down[::-1])
+    if course.flat:
+        _sweep(sweep, down[::-1])
+    else:  # at a branch point on the way the motion may have gone where the file's does not
+        course.low = states[0].driving
     for a, b in pairwise(states):
         if sweep.found.crossing is not None:
             break
-        try:
-            nodes = motion.walk(a, b.driving, sweep.most_states // 4)
-        except Stuck as stuck:
-            sweep.found.gaps.append(Gap(stuck.driving, b.driving, _why(stuck)))
+        for smooth in (SMOOTH, SMOOTHER):
+            try:
+                nodes = motion.walk(a, b.driving, sweep.most_states // 4, smooth)
+            except StuckError as stuck:
+                sweep.found.gaps.append(Gap(stuck.driving, b.driving, _why(stuck)))
+                nodes = []
+                break
+            missed = float(np.abs(wrapped(nodes[-1].rho - b.rho)).max(initial=0.0))
+            if missed <= SAME_STATE:
+                break
+        if not nodes:
             continue
-        missed = float(np.abs(nodes[-1].rho - b.rho).max(initial=0.0))
         if missed <= SAME_STATE:
             course.missed = max(course.missed, missed)
             _sweep(sweep, nodes)
@@ -67,7 +76,7 @@ def follow(sweep: Sweep, states: Sequence[State]) -> Course:
     return course
 
 
-def _why(stuck: Stuck) -> str:
+def _why(stuck: StuckError) -> str:
     return f"the solver does not get on (smallest singular value {stuck.singular:.1e})"
 
 
@@ -84,7 +93,7 @@ def _descend(motion: Motion, near: Neighbourhood, start: State, most: int) -> li
             break
         try:
             nodes += motion.walk(nodes[-1], nodes[-1].driving / 2.0, most)[1:]
-        except Stuck:
+        except StuckError:
             break
     return nodes
 
@@ -97,8 +106,7 @@ def nearly_flat(near: Neighbourhood, state: State) -> bool:
     """
     linkage, sheet = near.linkage, near.sheet
     bound = 2.0 * np.abs(state.rho)
-    if not len(linkage.levels):
-        return True
+    flat = linkage.place(0.0, np.zeros(len(bound)), np.zeros(len(bound)), 0.0)
     turned = np.zeros(len(sheet.faces))
     moved = np.zeros((len(sheet.faces), len(sheet.points)))  # of the points of each panel
     for child, parent, e, u, _ in linkage.levels:
@@ -107,25 +115,17 @@ def nearly_flat(near: Neighbourhood, state: State) -> bool:
             ring = list(sheet.faces[c])
             arm = np.linalg.norm(sheet.points[ring] - sheet.points[hinge], axis=1)
             moved[c, ring] = moved[p, hinge] + turned[c] * arm
-    flat = linkage.flat[sheet.triangles]
-    reach = moved[sheet.owner[:, None], sheet.triangles].max(axis=1)
-    pairs = near.close(flat.min(axis=1) - reach[:, None], flat.max(axis=1) + reach[:, None])
-    if len(pairs):
-        gap, _ = separating(linkage.flat[pairs.first], linkage.flat[pairs.second])
-        far = np.max(
-            [moved[pairs.panels[:, k, None], corners].max(axis=1) for k, corners in ((0, pairs.first), (1, pairs.second))],
-            axis=0,
-        )
-        if np.any(gap <= 2.0 * far):
-            return False
     cones = near.neighbours
-    if not len(cones):
-        return True
-    around: Array = np.zeros(len(sheet.points))
-    np.add.at(around, sheet.edges.ravel(), np.repeat(bound, 2))
-    p, q = linkage.flat[cones.first], linkage.flat[cones.second]
-    gap, _ = separating_cones(p[:, 1:] - p[:, :1], q[:, 1:] - q[:, :1])
-    return bool(np.all(gap > around[cones.first[:, 0]]))
+    if len(cones):
+        around: Array = np.zeros(len(sheet.points))
+        np.add.at(around, sheet.edges.ravel(), np.repeat(bound, 2))
+        if np.any(near.gap(cones, flat) <= around[cones.first[:, 0]]):
+            return False
+    corners = linkage.flat[sheet.triangles]
+    reach = moved[sheet.owner[:, None], sheet.triangles].max(axis=1)
+    pairs = near.close(corners.min(axis=1) - reach[:, None], corners.max(axis=1) + reach[:, None])
+    far = [moved[pairs.panels[:, k, None], corners].max(axis=1) for k, corners in ((0, pairs.first), (1, pairs.second))]
+    return bool(np.all(near.gap(pairs, flat) > far[0] + far[1]))
 
 
 def _two_branches(
@@ -137,7 +137,7 @@ def _two_branches(
     """
     try:
         down = motion.walk(goal, up[0].driving, most)[::-1]
-    except Stuck:
+    except StuckError:
         return None
     e = int(np.argmax(np.abs(up[-1].rho - goal.rho)))
 

@@ -11,7 +11,6 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from origami_lab.errors import InputError
 from origami_lab.export.foldfile import ANGLE, DRIVEN
 from origami_lab.export.reading import FoldReader
 

@@ -12,8 +12,8 @@ from origami_lab.verification.planar import Array
 
 _ZERO = 1e-8
 """Of the largest singular value: smaller ones count as zero (rounding leaves 1e-15)."""
-_PUSH = 0.02
-"""Radians by which a freedom is tried out."""
+_PUSHES = (0.02, 0.005)
+"""Radians by which a freedom is tried out: another state nearby would be found at the same place by both."""
 
 
 @dataclass(frozen=True)
@@ -50,9 +50,13 @@ def is_free(motion: Motion, driving: float, rho: Array, found: Rank) -> bool:
     """Whether a freedom to first order is a real one: pushed along it, the loops close again somewhere else."""
     free = motion.free
     for direction in found.directions:
-        guess = rho.copy()
-        guess[free] += _PUSH * direction
-        state = motion.solve(driving, guess)
-        if state is not None and state.residual <= CLOSED and np.linalg.norm(state.rho - rho) > _PUSH / 2.0:
+        moved = []
+        for push in _PUSHES:
+            guess = rho.copy()
+            guess[free] += push * direction
+            state = motion.solve(driving, guess)
+            if state is not None and state.residual <= CLOSED:
+                moved.append(float(np.linalg.norm(state.rho - rho)) / push)
+        if len(moved) == len(_PUSHES) and all(0.5 < share < 2.0 for share in moved):
             return True
     return False

@@ -131,7 +131,9 @@ class Linkage:
         """(F,) distances from the sheet's middle: a central panel makes a shallow tree."""
         sheet = self.sheet
         middles = np.array([sheet.points[list(face)].mean(axis=0) for face in sheet.faces])
-        centre = (sheet.points[np.unique(sheet.edges)].min(axis=0) + sheet.points[np.unique(sheet.edges)].max(axis=0)) / 2
+        centre = (
+            sheet.points[np.unique(sheet.edges)].min(axis=0) + sheet.points[np.unique(sheet.edges)].max(axis=0)
+        ) / 2
         return np.asarray(np.linalg.norm(middles - centre, axis=1))
 
     def place(self, driving: float, rho: Array, speed: Array, residual: float) -> State:

@@ -19,11 +19,13 @@ CLOSED = 1e-9
 """Radians: a loop that fails to close by less is closed (what rounding leaves is 1e-14)."""
 LARGEST_TURN = 0.12
 """Radians that a crease may turn between two neighbouring states of the walk."""
+SMOOTH, SMOOTHER = 1e-3, 1e-5
+"""Radians: how well speeds explain a step, and how well where that led elsewhere than the file."""
 SMALLEST_STEP = 1e-7
 """Radians of driving angle: a walk that needs smaller steps has reached a dead point."""
 
 
-class Stuck(Exception):
+class StuckError(Exception):
     """The solver found no state near the last one."""
 
     def __init__(self, driving: float, singular: float) -> None:
@@ -70,10 +72,11 @@ class Motion:
             speed[free] = _least_squares(jacobian[:, free], -(jacobian @ self.drive))
         return self.linkage.place(driving, rho, speed, residual)
 
-    def walk(self, start: State, stop: float, most: int) -> list[State]:
+    def walk(self, start: State, stop: float, most: int, smooth: float = SMOOTH) -> list[State]:
         """States from ``start`` to the driving angle ``stop``, close enough for a smooth curve through them.
 
-        Raises :class:`Stuck` where no further state is found, or after ``most`` of them.
+        A step is taken back if the change of a fold angle differs by more than ``smooth`` from what its speeds at both ends say:
+        near a branch point Newton's method may come out on another branch, where the speeds are others. Raises :class:`StuckError` where no further state is found, or after ``most`` of them.
         """
         states = [start]
         direction = 1.0 if stop > start.driving else -1.0
@@ -83,13 +86,15 @@ class Motion:
             step = min(step, 0.1, LARGEST_TURN / float(np.abs(here.speed).max(initial=1e-3)))
             while True:
                 if step < SMALLEST_STEP or len(states) > most:
-                    raise Stuck(here.driving, self.singular_value(here))
+                    raise StuckError(here.driving, self.singular_value(here))
                 left = abs(stop - here.driving)
                 h = direction * (left if left < 1.01 * step else min(step, left / 2.0 if left < 2.0 * step else step))
                 guess = here.rho + h * here.speed
                 found = self.solve(stop if abs(h) == left else here.driving + h, guess)
-                if found is not None and np.abs(found.rho - guess).max(initial=0.0) <= LARGEST_TURN / 2.0:
-                    break
+                if found is not None:
+                    mean = here.rho + h * (here.speed + found.speed) / 2.0
+                    if np.abs(found.rho - mean).max(initial=0.0) <= smooth:
+                        break
                 step = abs(h) / 2.0
             states.append(found)
             step = 1.5 * abs(h)
@@ -108,9 +113,7 @@ def between(a: State, b: State, t: float) -> Array:
     """(E,) the cubic through two neighbouring states with their speeds, at the fraction ``t``."""
     h = b.driving - a.driving
     return np.asarray(
-        a.rho
-        + t * t * (3.0 - 2.0 * t) * (b.rho - a.rho)
-        + h * t * (1.0 - t) * ((1.0 - t) * a.speed - t * b.speed)
+        a.rho + t * t * (3.0 - 2.0 * t) * (b.rho - a.rho) + h * t * (1.0 - t) * ((1.0 - t) * a.speed - t * b.speed)
     )
 
 

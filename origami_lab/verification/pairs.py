@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from origami_lab.verification.linkage import Linkage, State
 from origami_lab.verification.planar import Array, Indices
-from origami_lab.verification.separation import crossing_depth, gaps, separating, separating_cones
+from origami_lab.verification.separation import crossing_depth, gaps, least, separating, separating_cones
 
 SAFETY = 8.0
 _PAIRS = 400_000
@@ -27,7 +27,7 @@ _AROUND = 200
 """More triangles than this around one vertex neither."""
 
 
-class TooMany(Exception):
+class CrowdedError(Exception):
     """More pairs of panels are close to each other than can be checked."""
 
 
@@ -64,7 +64,7 @@ class Neighbourhood:
         rows, touching = [], set()
         for v, around in enumerate(corner_of):
             if len(around) > _AROUND:
-                raise TooMany
+                raise CrowdedError
             for at, i in enumerate(around):
                 for j in around[at + 1 :]:
                     pair = (int(i), int(j))
@@ -117,7 +117,7 @@ class Neighbourhood:
             found.append(np.column_stack([i + start, j])[keep])
             total += len(found[-1])
             if total > _PAIRS:
-                raise TooMany
+                raise CrowdedError
         pairs = np.concatenate(found)
         return Pairs(sheet.triangles[pairs[:, 0]], sheet.triangles[pairs[:, 1]], sheet.owner[pairs], False)
 
@@ -154,35 +154,47 @@ class Neighbourhood:
         """(N,) how far the triangles reach into each other at one state; positive: they cross."""
         return crossing_depth(self.first(pairs), self.second(pairs, state)[0])
 
-    def distance(self, pairs: Pairs, state: State) -> Array:
-        """(N,) distances at one state."""
-        return np.maximum(separating(self.first(pairs), self.second(pairs, state)[0])[0], 0.0)
+    def gap(self, pairs: Pairs, state: State) -> Array:
+        """(N,) distances at one state; of pairs that share a vertex, how far apart the cones are (their unit sides)."""
+        return _apart(pairs.hinged, self.first(pairs), self.second(pairs, state)[0])[0] if len(pairs) else np.empty(0)
 
-    def parted(self, pairs: Pairs, a: State, m: State, b: State) -> Array:
-        """(N,) the gap, after all errors, of a plane that parts the triangles over the whole interval; of pairs that share a
-        vertex, between the unit sides of the cones and the plane."""
+    def parted(self, pairs: Pairs, a: State, m: State, b: State) -> tuple[Array, Array]:
+        """Whether a plane parts the triangles over a whole interval.
+
+        Returns
+        -------
+        gap, apart
+            (N,) what is left beside the best plane after all errors, as distance or, for pairs that share a vertex,
+            for unit sides of the cones; (N, 3) how far apart they are at the three states (:meth:`gap`).
+        """
         if not len(pairs):
-            return np.empty(0)
+            return np.empty(0), np.empty((0, 3))
         h = b.driving - a.driving
         p, (q0, v0), (q1, v1) = self.first(pairs), self.second(pairs, a), self.second(pairs, b)
         middle = self.second(pairs, m)[0]
-        missed = np.abs((q0 + q1) / 2.0 + h / 8.0 * (v0 - v1) - middle)
-        error = SAFETY * np.sqrt(np.einsum("nkj,nkj->nk", missed, missed)).max(axis=1)
+        missed = (q0 + q1) / 2.0 + h / 8.0 * (v0 - v1) - middle
+        error = SAFETY * np.sqrt(np.einsum("nkj,nkj->nk", missed, missed).max(axis=1))
+        found = [_apart(pairs.hinged, p, q) for q in (q0, middle, q1)]
+        directions = _blend(p, middle, [direction for _, direction in found])
+        apart = np.stack([distance for distance, _ in found], axis=1)
         controls = np.concatenate([q0, q0 + h / 3.0 * v0, q1 - h / 3.0 * v1, q1], axis=1)
         if not pairs.hinged:
-            found = [separating(p, q)[1] for q in (q0, middle, q1)]
-            return np.asarray(gaps(_blend(p, middle, found), p, controls).max(axis=1) - error)
-        sides = p[:, 1:] - p[:, :1]
-        found = [separating_cones(sides, q[:, 1:] - q[:, :1])[1] for q in (q0, middle, q1)]
-        directions = _blend(p, middle, found)
+            return gaps(directions, p, controls).max(axis=1) - error, apart
         length = np.linalg.norm(middle[:, 1:] - middle[:, :1], axis=2)
         moving = controls.reshape(-1, 4, 3, 3)[:, :, 1:] - p[:, None, :1]
         moving = (moving / length[:, None, :, None]).reshape(-1, 8, 3)
-        still = sides / np.linalg.norm(sides, axis=2)[..., None]
-        one = np.min(directions @ still.transpose(0, 2, 1), axis=2)
-        other = np.min(-directions @ moving.transpose(0, 2, 1), axis=2) - (error / length.min(axis=1))[:, None]
+        sides = p[:, 1:] - p[:, :1]
+        one = least(directions, sides / np.linalg.norm(sides, axis=2)[..., None])
+        other = least(-directions, moving) - (error / length.min(axis=1))[:, None]
+        smaller = np.minimum(one, other)
         # one cone may lie in the plane as long as the other one keeps clear of it
-        return np.asarray(np.where(np.minimum(one, other) >= -1e-13, one + other, np.minimum(one, other)).max(axis=1))
+        return np.where(smaller >= -1e-13, one + other, smaller).max(axis=1), apart
+
+
+def _apart(hinged: bool, p: Array, q: Array) -> tuple[Array, Array]:
+    """How far apart triangles, or cones from corner 0, are, at least 0, and the direction that shows it."""
+    distance, direction = separating_cones(p[:, 1:] - p[:, :1], q[:, 1:] - q[:, :1]) if hinged else separating(p, q)
+    return np.maximum(distance, 0.0), direction
 
 
 def _blend(p: Array, q: Array, found: list[Array]) -> Array:

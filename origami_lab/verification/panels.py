@@ -8,7 +8,7 @@ import numpy as np
 
 from origami_lab.verification.document import Document
 from origami_lab.verification.planar import Array, Face
-from origami_lab.verification.sheet import NotASheet, Sheet
+from origami_lab.verification.sheet import Sheet, SheetError
 
 
 def bending(sheet: Sheet, coords: Array) -> Array:
@@ -59,10 +59,10 @@ def _normal(coords: Array, face: Face) -> Array:
 def unfolded(document: Document, coords: Array) -> Array:
     """(V, 2) the flat sheet of a file that has only folded states, by laying panel after panel into the plane.
 
-    Raises :class:`NotASheet` where panels do not fit: the state does not come from one flat sheet.
+    Raises :class:`SheetError` where panels do not fit: the state does not come from one flat sheet.
     """
     if document.faces is None:
-        raise NotASheet("a file without a flat crease pattern must name its panels (faces_vertices)")
+        raise SheetError("a file without a flat crease pattern must name its panels (faces_vertices)")
     flat = np.full((len(coords), 2), np.nan)
     size = float(np.ptp(coords, axis=0).max()) or 1.0
     sides = defaultdict(list)
@@ -70,7 +70,7 @@ def unfolded(document: Document, coords: Array) -> Array:
         for u, v in zip(face, (*face[1:], face[0]), strict=True):
             sides[u, v].append(index)
     if any(len(found) > 1 for found in sides.values()):
-        raise NotASheet("panels that share an edge must run along it in opposite directions")
+        raise SheetError("panels that share an edge must run along it in opposite directions")
     first = document.faces[0]
     flat[[first[0], first[1]]] = [[0.0, 0.0], [float(np.linalg.norm(coords[first[1]] - coords[first[0]])), 0.0]]
     _lay(flat, coords, first, 0, size)
@@ -102,4 +102,4 @@ def _lay(flat: Array, coords: Array, face: Face, start: int, size: float) -> Non
         if np.isnan(flat[v, 0]):
             flat[v] = place
         elif np.linalg.norm(flat[v] - place) > 1e-5 * size:
-            raise NotASheet(f"the folded panels do not come from one flat sheet: they do not fit around vertex {v}")
+            raise SheetError(f"the folded panels do not come from one flat sheet: they do not fit around vertex {v}")

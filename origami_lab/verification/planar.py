@@ -133,7 +133,9 @@ def _ear(ring: Array) -> int:
         return np.asarray(u[..., 0] * w[..., 1] - u[..., 1] * w[..., 0])
 
     size = twice(before, ring, after)
-    longest = np.max([np.sum((p - q) ** 2, axis=1) for p, q in ((ring, before), (ring, after), (before, after))], axis=0)
+    longest = np.max(
+        [np.sum((p - q) ** 2, axis=1) for p, q in ((ring, before), (ring, after), (before, after))], axis=0
+    )
     score = size / longest
     for at in np.argsort(-score):
         if score[at] <= 0.0:

@@ -9,6 +9,8 @@ All functions work on N pairs at a time, arrays (N, 3 corners, 3).
 
 from __future__ import annotations
 
+from functools import reduce
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,9 +24,13 @@ _NEXT, _LAST = (1, 2, 0), (2, 0, 1)
 
 def gaps(directions: Array, p: Array, q: Array) -> Array:
     """(N, K) by how much each of the unit directions (N, K, 3) separates p from q, n pointing from q to p."""
-    return np.asarray(
-        np.min(directions @ p.transpose(0, 2, 1), axis=2) - np.max(directions @ q.transpose(0, 2, 1), axis=2)
-    )
+    return least(directions, p) + least(-directions, q)
+
+
+def least(directions: Array, points: Array) -> Array:
+    """(N, K) the least of n·x over points (N, P, 3), for directions (N, K, 3)."""
+    heights = np.moveaxis(directions @ points.transpose(0, 2, 1), 2, 0)
+    return np.asarray(reduce(np.minimum, heights))  # several times faster than min over a short last axis
 
 
 def crossing_depth(p: Array, q: Array) -> Array:
@@ -67,10 +73,10 @@ def separating_cones(p: Array, q: Array) -> tuple[Array, Array]:
         normal = _unit(np.cross(b - a, c - a), a)[:, None]
         found += [normal, -normal]
     directions = np.concatenate(found, axis=1)
-    least = np.min(directions @ z.transpose(0, 2, 1), axis=2)
-    at = np.argmax(least, axis=1)
+    gap = least(directions, z)
+    at = np.argmax(gap, axis=1)
     rows = np.arange(len(z))
-    return least[rows, at], directions[rows, at]
+    return gap[rows, at], directions[rows, at]
 
 
 def _best(directions: Array, p: Array, q: Array) -> tuple[Array, Array]:

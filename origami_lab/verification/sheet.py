@@ -22,11 +22,11 @@ from origami_lab.verification.planar import (
 )
 
 
-class NotASheet(Exception):
+class SheetError(Exception):
     """The crease pattern is no valid sheet; the message says where."""
 
 
-class NotDecidable(Exception):
+class UndecidableError(Exception):
     """What is checked here cannot be decided for this file; the message says why."""
 
 
@@ -74,39 +74,41 @@ class Sheet:
 def build_sheet(flat: Array, document: Document) -> Sheet:
     """Check the crease pattern and build the sheet, its panels from the graph where the file names none.
 
-    Raises :class:`NotASheet` with the first thing that is wrong, :class:`NotDecidable` on cuts.
+    Raises :class:`SheetError` with the first thing that is wrong, :class:`UndecidableError` on cuts.
     """
     edges, letters = document.edges, document.letters
     if "C" in letters:
-        raise NotDecidable(f"edge {letters.index('C')} is a cut, and cuts are not supported")
+        raise UndecidableError(f"edge {letters.index('C')} is a cut, and cuts are not supported")
     size = float(np.ptp(flat, axis=0).max())
     if not size > 0.0:
-        raise NotASheet("all vertices are in one point")
+        raise SheetError("all vertices are in one point")
     used = np.unique(edges)
     if (pair := coincident(flat[used], FLAT_TOLERANCE * size)) is not None:
-        raise NotASheet(f"vertices {used[pair[0]]} and {used[pair[1]]} are in one place")
+        raise SheetError(f"vertices {used[pair[0]]} and {used[pair[1]]} are in one place")
     names, counts = np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)
     if len(names) < len(edges):
         u, v = names[np.argmax(counts)]
-        raise NotASheet(f"there are {counts.max()} edges {u}–{v}")
+        raise SheetError(f"there are {counts.max()} edges {u}–{v}")
     if (pair := crossing_edges(flat, edges, FLAT_TOLERANCE * size)) is not None:
-        raise NotASheet(f"edges {pair[0]} and {pair[1]} cross or overlap")
+        raise SheetError(f"edges {pair[0]} and {pair[1]} cross or overlap")
     between = faces_between(flat, edges)
     outer = np.array([letter == "B" for letter in letters])
-    faces = _given(flat, document.faces, between) if document.faces is not None else _without_holes(between, edges, outer)
+    faces = (
+        _given(flat, document.faces, between) if document.faces is not None else _without_holes(between, edges, outer)
+    )
     for index, face in enumerate(faces):
         if len(set(face)) < len(face):
-            raise NotASheet(f"panel {index} is not a simple polygon: it visits a vertex twice")
+            raise SheetError(f"panel {index} is not a simple polygon: it visits a vertex twice")
         if area(flat, face) <= FLAT_TOLERANCE * size * size:
-            raise NotASheet(f"panel {index} has no area")
+            raise SheetError(f"panel {index} has no area")
     beside = _beside(edges, faces)
     inner = (beside >= 0).all(axis=1)
     for e in np.flatnonzero((beside < 0).all(axis=1)):
-        raise NotASheet(f"edge {e} belongs to no panel")
+        raise SheetError(f"edge {e} belongs to no panel")
     for e in np.flatnonzero(inner & outer):
-        raise NotASheet(f"edge {e} is marked as boundary but lies between panels {beside[e, 0]} and {beside[e, 1]}")
+        raise SheetError(f"edge {e} is marked as boundary but lies between panels {beside[e, 0]} and {beside[e, 1]}")
     for e in np.flatnonzero(~inner & ~outer & np.array([letter in "MVFJ" for letter in letters])):
-        raise NotASheet(f"edge {e} is marked as a crease but has one panel only")
+        raise SheetError(f"edge {e} is marked as a crease but has one panel only")
     _one_piece(len(faces), beside[inner])
     triangles = [(triangle, index) for index, face in enumerate(faces) for triangle in triangulated(flat, face)]
     return Sheet(
@@ -130,9 +132,9 @@ def _given(flat: Array, given: tuple[Face, ...], between: list[Face]) -> list[Fa
         ring = face if area(flat, face) > 0.0 else tuple(reversed(face))
         name = _canonical(ring)
         if name in seen:
-            raise NotASheet(f"panels {seen[name]} and {index} are the same")
+            raise SheetError(f"panels {seen[name]} and {index} are the same")
         if name not in known:
-            raise NotASheet(f"panel {index} is not a face between the edges of the pattern")
+            raise SheetError(f"panel {index} is not a face between the edges of the pattern")
         seen[name] = index
         faces.append(ring)
     return faces
@@ -146,7 +148,7 @@ def _canonical(face: Face) -> Face:
 def _without_holes(between: list[Face], edges: Indices, outer: NDArray[np.bool_]) -> list[Face]:
     """Faces with boundary edges only, beside other faces, are holes."""
     if not between:
-        raise NotASheet("the edges enclose no panel")
+        raise SheetError("the edges enclose no panel")
     beside = _beside(edges, between)
     two = (beside >= 0).all(axis=1)
     lone = [not any(f in row for row in beside[~(outer & two)]) for f in range(len(between))]
@@ -161,10 +163,10 @@ def _beside(edges: Indices, faces: list[Face]) -> Indices:
     for index, face in enumerate(faces):
         for u, v in zip(face, (*face[1:], face[0]), strict=True):
             if (u, v) not in number:
-                raise NotASheet(f"the side {u}–{v} of panel {index} is no edge")
+                raise SheetError(f"the side {u}–{v} of panel {index} is no edge")
             e, side = number[u, v]
             if beside[e, side] >= 0:
-                raise NotASheet(f"panels {beside[e, side]} and {index} lie on the same side of edge {e}")
+                raise SheetError(f"panels {beside[e, side]} and {index} lie on the same side of edge {e}")
             beside[e, side] = index
     return beside
 
@@ -183,7 +185,7 @@ def _one_piece(count: int, pairs: Indices) -> None:
                 queue.append(q)
     if len(seen) < count:
         lost = min(set(range(count)) - seen)
-        raise NotASheet(f"the sheet is in pieces: panel {lost} does not hang together with panel 0")
+        raise SheetError(f"the sheet is in pieces: panel {lost} does not hang together with panel 0")
 
 
 def _fans(flat: Array, edges: Indices, inner: NDArray[np.bool_]) -> tuple[Fan, ...]:
@@ -196,7 +198,7 @@ def _fans(flat: Array, edges: Indices, inner: NDArray[np.bool_]) -> tuple[Fan, .
     for vertex, found in sorted(spokes.items()):
         borders = sum(not inner[e] for e, _ in found)
         if borders not in (0, 2):
-            raise NotASheet(f"the sheet touches itself in vertex {vertex}")
+            raise SheetError(f"the sheet touches itself in vertex {vertex}")
         if borders:
             continue
         d = flat[[end for _, end in found]] - flat[vertex]

@@ -60,12 +60,18 @@ def check_panels(sheet: Sheet, document: Document) -> Check:
     frames = [frame for frame in document.frames if frame.coords is not None]
     if not frames:
         return Check("panels rigid", FACT, "the file has no folded vertices; panels are rigid by construction here")
-    bent = [(float(found.max()), int(found.argmax()), frame) for frame in frames if (found := _bent(sheet, frame.coords)).size]
+    bent = [
+        (float(found.max()), int(found.argmax()), frame)
+        for frame in frames
+        if (found := _bent(sheet, frame.coords)).size
+    ]
     worst, panel, frame = max(bent, key=lambda row: row[0])
     lengths = max(length_error(sheet, frame.coords)[0] for frame in frames if frame.coords is not None)
     numbers = {"largest_deviation": worst, "largest_length_error": lengths, "frames": len(frames)}
     if not worst <= RIGID:
-        text = f"panel {panel} is bent or stretched by {worst:.2g} of its diameter in {_name(frame.name, frame.driving)}"
+        text = (
+            f"panel {panel} is bent or stretched by {worst:.2g} of its diameter in {_name(frame.name, frame.driving)}"
+        )
         return Check("panels rigid", WRONG, text, numbers | {"panel": panel}, angle=_angle(frame.driving))
     text = f"in {len(frames)} states, to {worst:.1e} of a panel's diameter; edge lengths to {lengths:.1e}"
     return Check("panels rigid", OK, text, numbers)
@@ -82,7 +88,7 @@ def check_fold_angles(sheet: Sheet, document: Document, found: list[Claim]) -> C
         if frame.angles is not None:
             known = sheet.inner & np.isfinite(frame.angles)
             compared += int(known.sum())
-            error = np.where(known, np.abs(_turn(frame.angles - claim.rho)), 0.0)
+            error = np.where(known, np.abs(wrapped(frame.angles - claim.rho)), 0.0)
             worst = max(worst, float(error.max(initial=0.0)))
             if worst > SAME_ANGLE:
                 e = int(error.argmax())
@@ -92,7 +98,9 @@ def check_fold_angles(sheet: Sheet, document: Document, found: list[Claim]) -> C
             sign = {"V": 1.0, "M": -1.0}.get(letter)
             rho = claim.rho[e]
             if (sign is not None and sign * rho < -SAME_ANGLE) or (letter == "F" and abs(rho) > SAME_ANGLE):
-                return _wrong(sheet, e, f"edge {e} is {letter} but folds by {degrees(rho)} in {claim.name}", frame.driving)
+                return _wrong(
+                    sheet, e, f"edge {e} is {letter} but folds by {degrees(rho)} in {claim.name}", frame.driving
+                )
         if document.driven is not None and frame.driving is not None:
             for e in np.flatnonzero(document.driven & sheet.inner):
                 if abs(abs(claim.rho[e]) - abs(frame.driving)) > SAME_ANGLE:
@@ -102,7 +110,12 @@ def check_fold_angles(sheet: Sheet, document: Document, found: list[Claim]) -> C
         return key
     if not compared:
         return Check("fold angles", FACT, "the file states none beside its folded vertices")
-    return Check("fold angles", OK, f"{compared} agree with the geometry to {degrees(worst)}", {"largest_error": math.degrees(worst)})
+    return Check(
+        "fold angles",
+        OK,
+        f"{compared} agree with the geometry to {degrees(worst)}",
+        {"largest_error": math.degrees(worst)},
+    )
 
 
 def _key_is_none(sheet: Sheet, document: Document, found: list[Claim]) -> Check | None:
@@ -112,7 +125,7 @@ def _key_is_none(sheet: Sheet, document: Document, found: list[Claim]) -> Check 
     stated = np.where(sheet.inner & np.isfinite(document.angles), document.angles, 0.0)
     if not stated.any():
         return None
-    errors = [np.abs(_turn(stated - claim.rho)) * (sheet.inner & np.isfinite(document.angles)) for claim in found]
+    errors = [np.abs(wrapped(stated - claim.rho)) * (sheet.inner & np.isfinite(document.angles)) for claim in found]
     nearest = min(range(len(errors)), key=lambda k: float(errors[k].max()))
     e = int(errors[nearest].argmax())
     if errors[nearest][e] <= SAME_ANGLE:
@@ -123,14 +136,16 @@ def _key_is_none(sheet: Sheet, document: Document, found: list[Claim]) -> Check 
 
 def _wrong(sheet: Sheet, e: int, text: str, driving: float | None) -> Check:
     left, right = (int(f) for f in sheet.beside[e])
-    return Check("fold angles", WRONG, text, {"edge": e}, (left, right) if min(left, right) >= 0 else None, _angle(driving))
+    return Check(
+        "fold angles", WRONG, text, {"edge": e}, (left, right) if min(left, right) >= 0 else None, _angle(driving)
+    )
 
 
 def _angle(driving: float | None) -> float | None:
     return None if driving is None else math.degrees(driving)
 
 
-def _turn(angle: Array) -> Array:
+def wrapped(angle: Array) -> Array:
     """Differences of angles, in [−π, π]."""
     return np.asarray(np.remainder(angle + math.pi, 2.0 * math.pi) - math.pi)
 

@@ -10,14 +10,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from origami_lab.verification.motion import Motion, between
 from origami_lab.verification.linkage import State
+from origami_lab.verification.motion import Motion, between
 from origami_lab.verification.pairs import SAFETY, Neighbourhood, Pairs
-from origami_lab.verification.separation import TOUCH, overlap_in_plane
 from origami_lab.verification.planar import Array
+from origami_lab.verification.separation import TOUCH, overlap_in_plane
 
 FLOOR = 2e-6
 """Radians of driving angle: the width of an interval that is not halved again."""
+_EXACT = 1e-6
+"""Radians to which the angle of a crossing is found."""
+_OVER = np.pi + 1e-6
+"""Radians: a crease that folds further has passed ±180°, beyond rounding."""
 UNSMOOTH = 0.02
 """Radians: what a cubic misses between two states of a smooth motion is far less."""
 
@@ -91,20 +95,21 @@ class Sweep:
             self.interval(a, m, pairs)
             self.interval(m, b, pairs)
             return
-        self.past_flat(a, b)
+        if (np.abs(b.rho) > _OVER).any():
+            before, meeting = self.past_flat(a, b)
+            if before.driving > a.driving:
+                self.interval(a, before, pairs)
+            found.crossing = found.crossing or meeting
+            return
         if pairs is None:
             pairs = (self.near.neighbours, self.close_pairs(a, m, b))
-            self.measure(pairs[1], (a, m, b))
         left = tuple(self.unresolved(some, a, m, b) for some in pairs)
         if not any(len(some) for some in left) or found.crossing is not None:
             return
-        for state, before in ((a, a), (m, a), (b, m)):
-            for some in left:
-                depth = self.near.depth(some, state)
-                if len(depth) and depth.max() > self.touch:
-                    at = int(np.argmax(depth))
-                    self.cross(some.take(np.array([at])), before, state)
-                    return
+        for before, state in ((a, a), (a, m), (m, b)):
+            if self.depth(left, state)[0] > self.touch:
+                self.cross(left, before, state)
+                return
         if width <= FLOOR:
             self.at_the_floor(left, a, b)
             return
@@ -120,29 +125,30 @@ class Sweep:
         around = (2.0 * SAFETY * missed + self.touch + self.look / 2.0)[:, None]
         return self.near.close(controls.min(axis=1) - around, controls.max(axis=1) + around)
 
-    def measure(self, pairs: Pairs, states: tuple[State, ...]) -> None:
+    def measure(self, pairs: Pairs, apart: Array, states: tuple[State, ...]) -> None:
         """Keep the least distance of panels without a common vertex."""
-        for state in states:
-            if not len(pairs):
-                return
-            distance = self.near.distance(pairs, state)
-            at = int(np.argmin(distance))
-            if distance[at] < self.found.clearance:
-                self.found.clearance = float(distance[at])
-                self.found.closest = Meeting(_panels(pairs, at), state.driving, "closest")
-                self.look = min(self.look, max(self.found.clearance, 1.01 * self.thickness, 1e-3 * self.near.sheet.size))
-            if distance[at] < self.thickness and self.found.thin is None:
-                self.found.thin = Meeting(_panels(pairs, at), state.driving, f"{distance[at]:.6g} apart")
+        at, k = (int(i) for i in np.unravel_index(np.argmin(apart), apart.shape))
+        distance, panels = float(apart[at, k]), _panels(pairs, at)
+        if distance < self.found.clearance:
+            self.found.clearance = distance
+            self.found.closest = Meeting(panels, states[k].driving, "closest")
+            self.look = min(self.look, max(distance, 1.01 * self.thickness, 1e-3 * self.near.sheet.size))
+        if distance < self.thickness and self.found.thin is None:
+            self.found.thin = Meeting(panels, states[k].driving, f"{distance:.6g} apart")
 
     def unresolved(self, pairs: Pairs, a: State, m: State, b: State) -> Pairs:
         """The pairs that no plane parts over the interval; those that touch all along are noted."""
-        gap = self.near.parted(pairs, a, m, b)
-        wanted = 0.0 if pairs.hinged else self.thickness
-        resolved = gap > wanted
-        touching = ~resolved & (gap >= -(TOUCH if pairs.hinged else self.touch)) & (wanted == 0.0)
-        if touching.any() and not pairs.hinged:  # not only near each other, or halving will tell
-            some = pairs.take(touching)
-            touching[touching] = np.min([self.near.distance(some, s) for s in (a, m, b)], axis=0) <= self.touch
+        if not len(pairs):
+            return pairs
+        gap, apart = self.near.parted(pairs, a, m, b)
+        if not pairs.hinged:
+            self.measure(pairs, apart, (a, m, b))
+        resolved = gap > (0.0 if pairs.hinged else self.thickness)
+        touch = TOUCH if pairs.hinged else self.touch
+        # they touch, and are not only near each other: of those halving will tell
+        touching = ~resolved & (gap >= -touch) & (apart.min(axis=1) <= touch)
+        if self.thickness > 0.0 and not pairs.hinged:
+            touching[:] = False
         for at in np.flatnonzero(touching):
             self.contact(pairs.take(np.array([at])), a, b)
         return pairs.take(~resolved & ~touching)
@@ -151,9 +157,7 @@ class Sweep:
         """Note that two panels touch; sliding into each other in one plane is more than that."""
         panels = _panels(pair, 0)
         p = self.near.first(pair)
-        before, after = (
-            overlap_in_plane(p, self.near.second(pair, s)[0], 10.0 * self.touch)[0] for s in (a, b)
-        )
+        before, after = (overlap_in_plane(p, self.near.second(pair, s)[0], 10.0 * self.touch)[0] for s in (a, b))
         flat_before = np.abs(self.near.second(pair, a)[0][..., 2]).max() <= 10.0 * self.touch
         if after and not before and flat_before:
             self.found.crossing = Meeting(panels, b.driving, "slide into each other in one plane")
@@ -161,22 +165,34 @@ class Sweep:
         first, last = self.found.contacts.get(panels, (a.driving, b.driving))
         self.found.contacts[panels] = (min(first, a.driving), max(last, b.driving))
 
-    def cross(self, pair: Pairs, before: State, after: State) -> None:
-        """Two panels cross at a state: find the angle at which they begin to."""
-        if before is not after and self.near.depth(pair, before)[0] <= self.touch:
-            while after.driving - before.driving > 1e-4:
-                m = self.state((before.driving + after.driving) / 2.0, between(before, after, 0.5))
-                if m is None:
-                    break
-                before, after = (before, m) if self.near.depth(pair, m)[0] > self.touch else (m, after)
-        self.found.crossing = Meeting(_panels(pair, 0), after.driving, "cross")
+    def depth(self, pairs: tuple[Pairs, ...], state: State) -> tuple[float, tuple[int, int]]:
+        """How far the panels that reach into each other most do so, and which they are."""
+        found = [
+            (float(depth.max()), _panels(p, int(depth.argmax())))
+            for p in pairs
+            if len(depth := self.near.depth(p, state))
+        ]
+        return max(found)
 
-    def past_flat(self, a: State, b: State) -> None:
-        """A crease that folds beyond ±180° takes its panels through each other."""
-        over = np.flatnonzero(np.abs(b.rho) > np.pi + 1e-6)
-        if len(over):
-            left, right = (int(f) for f in self.near.sheet.beside[over[0]])
-            self.found.crossing = Meeting((left, right), b.driving, "pass through each other at their crease")
+    def cross(self, pairs: tuple[Pairs, ...], before: State, after: State) -> None:
+        """Some panels cross at ``after``: find the angle at which the first of them begin to."""
+        while after.driving - before.driving > _EXACT:
+            m = self.state((before.driving + after.driving) / 2.0, between(before, after, 0.5))
+            if m is None:
+                break
+            before, after = (before, m) if self.depth(pairs, m)[0] > self.touch else (m, after)
+        self.found.crossing = Meeting(self.depth(pairs, after)[1], after.driving, "cross")
+
+    def past_flat(self, a: State, b: State) -> tuple[State, Meeting]:
+        """A crease that folds beyond ±180° takes its panels through each other: the last state before, and where."""
+        while b.driving - a.driving > _EXACT:
+            m = self.state((a.driving + b.driving) / 2.0, between(a, b, 0.5))
+            if m is None:
+                break
+            a, b = (a, m) if (np.abs(m.rho) > _OVER).any() else (m, b)
+        panels = self.near.sheet.beside[int(np.argmax(np.abs(b.rho)))]
+        how = "pass through each other at their crease"
+        return a, Meeting((int(panels.min()), int(panels.max())), b.driving, how)
 
     def at_the_floor(self, left: tuple[Pairs, ...], a: State, b: State) -> None:
         """Pairs that are still open in a tiny interval: through each other, or not certified."""
@@ -186,7 +202,7 @@ class Sweep:
                 sides = [self.side(pair, s) for s in (a, b)]
                 panels = _panels(pair, 0)
                 if self.thickness > 0.0 and not some.hinged:
-                    if self.near.distance(pair, b)[0] < self.thickness:
+                    if self.near.gap(pair, b)[0] < self.thickness:
                         self.found.thin = self.found.thin or Meeting(panels, b.driving, "closer than the thickness")
                     continue
                 if sides[0] * sides[1] < 0.0:
