@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -172,7 +173,7 @@ class _Moving:
         hinges = np.flatnonzero(sheet.inner & ~held)
         whole = [rank(linkage, claim.rho, hinges) for claim in folded]
         least = min(r.freedoms for r in whole)
-        numbers = {"creases": len(hinges), "freedoms": least, "flat_edges_held": int(held.sum())}
+        numbers: dict[str, Any] = {"creases": len(hinges), "freedoms": least, "flat_edges_held": int(held.sum())}
         driven = self.document.driven
         name = "degrees of freedom"
         if driven is not None and (driven & sheet.inner).any():
@@ -181,7 +182,7 @@ class _Moving:
             numbers["driven"] = int((drive != 0.0).sum())
         elif least != 1:
             text = f"{least} and the file does not say which creases are driven: which way it moves is open"
-            return Check(name, OPEN if least else OPEN, text, numbers), None, []
+            return Check(name, OPEN, text, numbers), None, []
         else:
             drive = _driver(whole[-1].directions[0], hinges, folded, len(held))
         motion = Motion(linkage, held, drive)
@@ -189,20 +190,16 @@ class _Moving:
         angles = [self.driving(claim, drive) for claim in folded]
         tied = [rank(linkage, claim.rho, free) for claim in folded]
         singular = [angles[k] for k, r in enumerate(tied) if r.freedoms]
-        numbers |= {
-            "freedoms_when_driven": min(r.freedoms for r in tied),
-            "smallest_singular_value": min(r.smallest for r in tied),
-        }
+        left = min(r.freedoms for r in tied)
+        numbers |= {"freedoms_when_driven": left, "smallest_singular_value": min(r.smallest for r in tied)}
         if len(singular) == len(tied) and any(
             is_free(motion, a, c.rho, r) for a, c, r in zip(angles, folded, tied, strict=True)
         ):
-            text = (
-                f"{min(r.freedoms for r in tied)} left when the driven creases are held: the design can move on its own"
-            )
+            text = f"{left} left when the driven creases are held: the design can move on its own"
             e = int(free[np.abs(tied[-1].directions[0]).argmax()])
-            left, right = sorted(int(f) for f in sheet.beside[e])
-            return Check(name, WRONG, text, numbers | {"edge": e}, (left, right), math.degrees(angles[-1])), None, []
-        states = []
+            panels = (int(sheet.beside[e].min()), int(sheet.beside[e].max()))
+            return Check(name, WRONG, text, numbers | {"edge": e}, panels, math.degrees(angles[-1])), None, []
+        states: list[State] = []
         for angle, claim in sorted(zip(angles, folded, strict=True), key=lambda pair: pair[0]):
             state = motion.solve(angle, claim.rho)
             if state is None or np.abs(state.rho - claim.rho).max() > 10.0 * max(SAME_ANGLE, self.rounding()):
@@ -211,7 +208,9 @@ class _Moving:
             if states and state.driving - states[-1].driving < 1e-9:
                 continue
             states.append(state)
-        text = f"1: {len(hinges)} creases, {least} freedom(s), {len(hinges) - len(free)} crease(s) tied to one driving angle, none left"
+        text = f"1: {len(hinges)} creases, {least} freedom(s), {len(hinges) - len(free)} crease(s) tied to one driving angle"
+        if held.any():
+            text += f"; {int(held.sum())} flat edges held"
         if singular:
             text += f"; singular at {', '.join(map(degrees, singular))}"
         return Check(name, OK, text, numbers), motion, states
@@ -311,12 +310,7 @@ class _Moving:
         if closest is None:
             return Check(name, OK, f"panels without a common vertex keep more than {sweep.look:.3g} apart")
         p, q = closest.panels
-        numbers = {
-            "clearance": found.clearance,
-            "pair": [p, q],
-            "at": math.degrees(closest.angle),
-            "thickness": self.thickness,
-        }
+        numbers = {"clearance": found.clearance, "pair": [p, q], "at": math.degrees(closest.angle)}
         text = f"{found.clearance:.3g}, between panels {p} and {q} at {degrees(closest.angle)}"
         if self.thickness > 0.0:
             text += f"; all keep {self.thickness:g} apart"

@@ -39,7 +39,7 @@ class Course:
 
 
 def follow(sweep: Sweep, states: Sequence[State]) -> Course:
-    """Sweep the motion through all states (by increasing driving angle), after that from the flat sheet to the first one."""
+    """Sweep the motion from the flat sheet through all states, which come by increasing driving angle."""
     motion, near = sweep.motion, sweep.near
     course = Course(states[0].driving, False, states[-1].driving, 0.0, [])
     down = _descend(motion, near, states[0], sweep.most_states // 4)
@@ -101,8 +101,8 @@ def _descend(motion: Motion, near: Neighbourhood, start: State, most: int) -> li
 def nearly_flat(near: Neighbourhood, state: State) -> bool:
     """Whether no panels can cross as long as every crease folds by no more than twice what it does at ``state``.
 
-    In the flat sheet pairs of triangles are parted by lines; no triangle moves, and no cone turns, by more than the fold angles on the
-    way from the central panel, or around the vertex, allow.
+    In the flat sheet pairs of triangles are parted by lines; no triangle moves, and no cone turns, by more than the fold
+    angles on the way from the central panel, or around the vertex, allow.
     """
     linkage, sheet = near.linkage, near.sheet
     bound = 2.0 * np.abs(state.rho)

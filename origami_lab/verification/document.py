@@ -107,7 +107,7 @@ def _letters(design: Design, k: int) -> tuple[str, ...]:
 
 
 class _Reader(FoldReader):
-    """Reads what :func:`origami_lab.export.reading.read_fold` is too strict for: other programs' frames and omissions."""
+    """Reads what ``origami_lab.export.reading.read_fold`` is too strict for: other programs' frames and omissions."""
 
     def document(self) -> Document:
         """The whole file."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from origami_lab.verification.linkage import Linkage
 from origami_lab.verification.motion import CLOSED, Motion
-from origami_lab.verification.planar import Array
+from origami_lab.verification.planar import Array, Indices
 
 _ZERO = 1e-8
 """Of the largest singular value: smaller ones count as zero (rounding leaves 1e-15)."""
@@ -33,7 +33,7 @@ class Rank:
         return self.columns - self.rank
 
 
-def rank(linkage: Linkage, rho: Array, creases: Array) -> Rank:
+def rank(linkage: Linkage, rho: Array, creases: Indices) -> Rank:
     """The rank of the closure Jacobian in the creases with the given numbers, at fold angles (E,)."""
     jacobian = linkage.closure(rho)[1][:, creases]
     count = len(creases)

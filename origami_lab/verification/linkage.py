@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from origami_lab.verification.planar import Array, Indices
 from origami_lab.verification.sheet import Sheet
@@ -110,30 +109,31 @@ class Linkage:
             left, right = (int(f) for f in sheet.beside[e])
             neighbours[right].append((left, int(e), 0))
             neighbours[left].append((right, int(e), 1))
-        root = int(np.argmin(self._eccentricities(neighbours)))
-        levels, seen, frontier = [], {root}, [root]
+        root = int(np.argmin(self._off_centre()))
+        levels: list[tuple[Indices, Indices, Indices, Indices, Array]] = []
+        seen, frontier = {root}, [root]
         while frontier:
             rows = []
             for parent in frontier:
                 for child, e, flipped in neighbours[parent]:
                     if child not in seen:
                         seen.add(child)
-                        u, v = sheet.edges[e] if not flipped else sheet.edges[e][::-1]
-                        rows.append((child, parent, e, int(u), int(v)))
+                        start, end = (int(v) for v in sheet.edges[e][:: -1 if flipped else 1])
+                        rows.append((child, parent, e, start, end))
             frontier = [row[0] for row in rows]
             if rows:
-                child, parent, e, u, v = (np.array(column, dtype=np.int64) for column in zip(*rows, strict=True))
+                children, parents, creases, u, v = np.array(rows, dtype=np.int64).T
                 along = self.flat[v] - self.flat[u]
-                levels.append((child, parent, e, u, along / np.linalg.norm(along, axis=1, keepdims=True)))
+                along /= np.linalg.norm(along, axis=1, keepdims=True)
+                levels.append((children, parents, creases, u, along))
         return levels
 
-    def _eccentricities(self, neighbours: dict[int, list[tuple[int, int, int]]]) -> Array:
+    def _off_centre(self) -> Array:
         """(F,) distances from the sheet's middle: a central panel makes a shallow tree."""
         sheet = self.sheet
         middles = np.array([sheet.points[list(face)].mean(axis=0) for face in sheet.faces])
-        centre = (
-            sheet.points[np.unique(sheet.edges)].min(axis=0) + sheet.points[np.unique(sheet.edges)].max(axis=0)
-        ) / 2
+        used = sheet.points[np.unique(sheet.edges)]
+        centre = (used.min(axis=0) + used.max(axis=0)) / 2.0
         return np.asarray(np.linalg.norm(middles - centre, axis=1))
 
     def place(self, driving: float, rho: Array, speed: Array, residual: float) -> State:
@@ -176,10 +176,10 @@ def _turn_z(angle: Array) -> Array:
     return out
 
 
-def _turn_about(axis: Array, angle: Array) -> NDArray[np.float64]:
+def _turn_about(axis: Array, angle: Array) -> Array:
     """(N, 3, 3) rotations about unit vectors (N, 3): Rodrigues."""
     x, y, z = axis.T
     zero = np.zeros_like(x)
     cross = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
     s, c = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
-    return np.eye(3) + s * cross + (1.0 - c) * (cross @ cross)
+    return np.asarray(np.eye(3) + s * cross + (1.0 - c) * (cross @ cross))

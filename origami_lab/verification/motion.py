@@ -75,8 +75,9 @@ class Motion:
     def walk(self, start: State, stop: float, most: int, smooth: float = SMOOTH) -> list[State]:
         """States from ``start`` to the driving angle ``stop``, close enough for a smooth curve through them.
 
-        A step is taken back if the change of a fold angle differs by more than ``smooth`` from what its speeds at both ends say:
-        near a branch point Newton's method may come out on another branch, where the speeds are others. Raises :class:`StuckError` where no further state is found, or after ``most`` of them.
+        A step is taken back if the change of a fold angle differs by more than ``smooth`` from what its speeds at both
+        ends say: near a branch point Newton's method may come out on another branch, where the speeds are others.
+        Raises :class:`StuckError` where no further state is found, or after ``most`` of them.
         """
         states = [start]
         direction = 1.0 if stop > start.driving else -1.0

@@ -1,11 +1,11 @@
 """Which pairs of panel triangles may cross, and what of them is excluded over an interval of the motion.
 
-Seen from the first panel of a pair the corners of the other move along smooth curves. Over an interval they are replaced by the
-cubics through their positions and velocities at its ends, which lie in the hull of four control points each; what the
-cubics miss is taken as ``SAFETY`` times what they miss in the middle, where the miss of a smooth curve is largest. One plane that has
-all of this on one side and the first triangle on the other excludes a crossing everywhere in the interval. Of triangles that
-share a vertex the cones over their far sides are parted in the same way. Panels that share a crease, each wholly on
-its side of it, cannot cross as long as the crease folds by less than 180°.
+Seen from the first panel of a pair the corners of the other move along smooth curves. Over an interval they are replaced
+by the cubics through their positions and velocities at its ends, which lie in the hull of four control points each;
+what the cubics miss is taken as ``SAFETY`` times what they miss in the middle, where the miss of a smooth curve is largest.
+One plane that has all of this on one side and the first triangle on the other excludes a crossing everywhere in the
+interval. Of triangles that share a vertex the cones over their far sides are parted in the same way. Panels that share
+a crease, each wholly on its side of it, cannot cross as long as the crease folds by less than 180°.
 """
 
 from __future__ import annotations

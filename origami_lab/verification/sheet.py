@@ -102,7 +102,7 @@ def build_sheet(flat: Array, document: Document) -> Sheet:
         if area(flat, face) <= FLAT_TOLERANCE * size * size:
             raise SheetError(f"panel {index} has no area")
     beside = _beside(edges, faces)
-    inner = (beside >= 0).all(axis=1)
+    inner = np.asarray((beside >= 0).all(axis=1))
     for e in np.flatnonzero((beside < 0).all(axis=1)):
         raise SheetError(f"edge {e} belongs to no panel")
     for e in np.flatnonzero(inner & outer):

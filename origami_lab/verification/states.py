@@ -60,12 +60,9 @@ def check_panels(sheet: Sheet, document: Document) -> Check:
     frames = [frame for frame in document.frames if frame.coords is not None]
     if not frames:
         return Check("panels rigid", FACT, "the file has no folded vertices; panels are rigid by construction here")
-    bent = [
-        (float(found.max()), int(found.argmax()), frame)
-        for frame in frames
-        if (found := _bent(sheet, frame.coords)).size
-    ]
-    worst, panel, frame = max(bent, key=lambda row: row[0])
+    found = [_bent(sheet, frame.coords) for frame in frames]
+    at = max(range(len(frames)), key=lambda k: float(found[k].max()))
+    worst, panel, frame = float(found[at].max()), int(found[at].argmax()), frames[at]
     lengths = max(length_error(sheet, frame.coords)[0] for frame in frames if frame.coords is not None)
     numbers = {"largest_deviation": worst, "largest_length_error": lengths, "frames": len(frames)}
     if not worst <= RIGID:
@@ -82,7 +79,7 @@ def _bent(sheet: Sheet, coords: Array | None) -> Array:
 
 
 def check_fold_angles(sheet: Sheet, document: Document, found: list[Claim]) -> Check:
-    """Stated fold angles are the measured ones, assignments have their signs, driven creases turn by the driving angle."""
+    """Stated fold angles are the measured ones, assignments have their signs, driven creases the driving angle."""
     compared, worst = 0, 0.0
     for frame, claim in zip([f for f in document.frames if f.coords is not None], found, strict=False):
         if frame.angles is not None:
@@ -102,10 +99,11 @@ def check_fold_angles(sheet: Sheet, document: Document, found: list[Claim]) -> C
                     sheet, e, f"edge {e} is {letter} but folds by {degrees(rho)} in {claim.name}", frame.driving
                 )
         if document.driven is not None and frame.driving is not None:
-            for e in np.flatnonzero(document.driven & sheet.inner):
-                if abs(abs(claim.rho[e]) - abs(frame.driving)) > SAME_ANGLE:
-                    text = f"edge {e} is driven but folds by {degrees(claim.rho[e])} in {claim.name}"
-                    return _wrong(sheet, int(e), text, frame.driving)
+            off = np.abs(np.abs(claim.rho) - abs(frame.driving)) * (document.driven & sheet.inner)
+            if off.max(initial=0.0) > SAME_ANGLE:
+                e = int(off.argmax())
+                text = f"edge {e} is driven but folds by {degrees(claim.rho[e])} in {claim.name}"
+                return _wrong(sheet, e, text, frame.driving)
     if (key := _key_is_none(sheet, document, found)) is not None:
         return key
     if not compared:
@@ -113,7 +111,7 @@ def check_fold_angles(sheet: Sheet, document: Document, found: list[Claim]) -> C
     return Check(
         "fold angles",
         OK,
-        f"{compared} agree with the geometry to {degrees(worst)}",
+        f"{compared} agree with the geometry to {math.degrees(worst):.1e}°",
         {"largest_error": math.degrees(worst)},
     )
 

@@ -1,7 +1,7 @@
 """No panel crosses another: every pair is excluded over every interval of the motion, or named.
 
-An interval between two states of the motion is halved, for the pairs that are left, until a plane parts them all over it
-(:meth:`Neighbourhood.parted`), two panels are seen to cross, or it is ``FLOOR`` wide.
+An interval between two states of the motion is halved, for the pairs that are left, until a plane parts them all over
+it (:meth:`Neighbourhood.parted`), two panels are seen to cross, or it is ``FLOOR`` wide.
 """
 
 from __future__ import annotations
@@ -167,12 +167,8 @@ class Sweep:
 
     def depth(self, pairs: tuple[Pairs, ...], state: State) -> tuple[float, tuple[int, int]]:
         """How far the panels that reach into each other most do so, and which they are."""
-        found = [
-            (float(depth.max()), _panels(p, int(depth.argmax())))
-            for p in pairs
-            if len(depth := self.near.depth(p, state))
-        ]
-        return max(found)
+        depths = [self.near.depth(some, state) for some in pairs]
+        return max((float(d.max()), _panels(p, int(d.argmax()))) for d, p in zip(depths, pairs, strict=True) if len(d))
 
     def cross(self, pairs: tuple[Pairs, ...], before: State, after: State) -> None:
         """Some panels cross at ``after``: find the angle at which the first of them begin to."""
