@@ -208,7 +208,8 @@ class _Moving:
             if states and state.driving - states[-1].driving < 1e-9:
                 continue
             states.append(state)
-        text = f"1: {len(hinges)} creases, {least} freedom(s), {len(hinges) - len(free)} crease(s) tied to one driving angle"
+        tied_to_one = len(hinges) - len(free)
+        text = f"1: {len(hinges)} creases, {least} freedom(s), {tied_to_one} crease(s) tied to one driving angle"
         if held.any():
             text += f"; {int(held.sum())} flat edges held"
         if singular:

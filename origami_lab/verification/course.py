@@ -101,8 +101,8 @@ def _descend(motion: Motion, near: Neighbourhood, start: State, most: int) -> li
 def nearly_flat(near: Neighbourhood, state: State) -> bool:
     """Whether no panels can cross as long as every crease folds by no more than twice what it does at ``state``.
 
-    In the flat sheet pairs of triangles are parted by lines; no triangle moves, and no cone turns, by more than the fold
-    angles on the way from the central panel, or around the vertex, allow.
+    In the flat sheet pairs of triangles are parted by lines; no triangle moves, and no cone turns, by more than the
+    fold angles on the way from the central panel, or around the vertex, allow.
     """
     linkage, sheet = near.linkage, near.sheet
     bound = 2.0 * np.abs(state.rho)

@@ -118,8 +118,8 @@ class Linkage:
                 for child, e, flipped in neighbours[parent]:
                     if child not in seen:
                         seen.add(child)
-                        start, end = (int(v) for v in sheet.edges[e][:: -1 if flipped else 1])
-                        rows.append((child, parent, e, start, end))
+                        ends = sheet.edges[e, 1 - flipped], sheet.edges[e, flipped]
+                        rows.append((child, parent, e, int(ends[1]), int(ends[0])))
             frontier = [row[0] for row in rows]
             if rows:
                 children, parents, creases, u, v = np.array(rows, dtype=np.int64).T

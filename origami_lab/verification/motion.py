@@ -6,6 +6,7 @@ others are found so that every loop closes.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -121,10 +122,6 @@ def between(a: State, b: State, t: float) -> Array:
 def _least_squares(matrix: Array, right: Array) -> Array:
     rows, columns = matrix.shape
     if rows == columns:
-        try:
-            with np.errstate(all="ignore"):
-                found = linalg.solve(matrix, right, check_finite=False)
-            return np.asarray(found)
-        except linalg.LinAlgError:
-            pass
+        with suppress(np.linalg.LinAlgError):
+            return np.asarray(np.linalg.solve(matrix, right))
     return np.asarray(linalg.lstsq(matrix, right, cond=1e-11, lapack_driver="gelsy", check_finite=False)[0])

@@ -1,11 +1,11 @@
 """Which pairs of panel triangles may cross, and what of them is excluded over an interval of the motion.
 
-Seen from the first panel of a pair the corners of the other move along smooth curves. Over an interval they are replaced
-by the cubics through their positions and velocities at its ends, which lie in the hull of four control points each;
-what the cubics miss is taken as ``SAFETY`` times what they miss in the middle, where the miss of a smooth curve is largest.
-One plane that has all of this on one side and the first triangle on the other excludes a crossing everywhere in the
-interval. Of triangles that share a vertex the cones over their far sides are parted in the same way. Panels that share
-a crease, each wholly on its side of it, cannot cross as long as the crease folds by less than 180°.
+Seen from the first panel of a pair the corners of the other move along smooth curves. Over an interval they are
+replaced by the cubics through their positions and velocities at its ends, which lie in the hull of four control points
+each; what the cubics miss is taken as ``SAFETY`` times what they miss in the middle, where the miss of a smooth curve is
+largest. One plane that has all of this on one side and the first triangle on the other excludes a crossing everywhere
+in the interval. Of triangles that share a vertex the cones over their far sides are parted in the same way. Panels that
+share a crease, each wholly on its side of it, cannot cross as long as the crease folds by less than 180°.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from origami_lab.verification.linkage import Linkage, State
 from origami_lab.verification.planar import Array, Indices
 from origami_lab.verification.separation import crossing_depth, gaps, least, separating, separating_cones
+from origami_lab.verification.sliding import sliding_gap
 
 SAFETY = 8.0
 _PAIRS = 400_000
@@ -158,6 +159,19 @@ class Neighbourhood:
         """(N,) distances at one state; of pairs that share a vertex, how far apart the cones are (their unit sides)."""
         return _apart(pairs.hinged, self.first(pairs), self.second(pairs, state)[0])[0] if len(pairs) else np.empty(0)
 
+    def sliding(self, pairs: Pairs, a: State, m: State, b: State) -> Array:
+        """(N,) the gap that a plane shows which moves along with two touching sides, over a whole interval."""
+        controls, error = self._course(pairs, a, m, b)
+        return sliding_gap(self.first(pairs), controls.reshape(-1, 4, 3, 3), error)
+
+    def _course(self, pairs: Pairs, a: State, m: State, b: State) -> tuple[Array, Array]:
+        """(N, 12, 3) control points of the second triangles over an interval, (N,) how far they may be from the truth."""
+        h = b.driving - a.driving
+        (q0, v0), (q1, v1) = self.second(pairs, a), self.second(pairs, b)
+        missed = (q0 + q1) / 2.0 + h / 8.0 * (v0 - v1) - self.second(pairs, m)[0]
+        error = SAFETY * np.sqrt(np.einsum("nkj,nkj->nk", missed, missed).max(axis=1))
+        return np.concatenate([q0, q0 + h / 3.0 * v0, q1 - h / 3.0 * v1, q1], axis=1), error
+
     def parted(self, pairs: Pairs, a: State, m: State, b: State) -> tuple[Array, Array]:
         """Whether a plane parts the triangles over a whole interval.
 
@@ -169,15 +183,11 @@ class Neighbourhood:
         """
         if not len(pairs):
             return np.empty(0), np.empty((0, 3))
-        h = b.driving - a.driving
-        p, (q0, v0), (q1, v1) = self.first(pairs), self.second(pairs, a), self.second(pairs, b)
-        middle = self.second(pairs, m)[0]
-        missed = (q0 + q1) / 2.0 + h / 8.0 * (v0 - v1) - middle
-        error = SAFETY * np.sqrt(np.einsum("nkj,nkj->nk", missed, missed).max(axis=1))
-        found = [_apart(pairs.hinged, p, q) for q in (q0, middle, q1)]
+        controls, error = self._course(pairs, a, m, b)
+        p, middle = self.first(pairs), self.second(pairs, m)[0]
+        found = [_apart(pairs.hinged, p, q) for q in (controls[:, :3], middle, controls[:, 9:])]
         directions = _blend(p, middle, [direction for _, direction in found])
         apart = np.stack([distance for distance, _ in found], axis=1)
-        controls = np.concatenate([q0, q0 + h / 3.0 * v0, q1 - h / 3.0 * v1, q1], axis=1)
         if not pairs.hinged:
             return gaps(directions, p, controls).max(axis=1) - error, apart
         length = np.linalg.norm(middle[:, 1:] - middle[:, :1], axis=2)

@@ -2,9 +2,9 @@
 
 Two convex sets are apart by what the best direction shows: along the unit vector n the gap is min n·P − max n·Q. For
 triangles the best one is among finitely many: the normals, the cross products of sides, and the shortest connections of
-their corners and sides. A positive gap proves that they are apart, whatever the direction; if all directions of the first
-two kinds show overlap, triangles in different planes cross. Triangles in one plane overlap without crossing: the gap
-along the normal is 0. All functions work on N pairs at a time, arrays (N, 3 corners, 3).
+their corners and sides. A positive gap proves that they are apart, whatever the direction; if all directions of the
+first two kinds show overlap, triangles in different planes cross. Triangles in one plane overlap without crossing: the
+gap along the normal is 0. All functions work on N pairs at a time, arrays (N, 3 corners, 3).
 """
 
 from __future__ import annotations

@@ -6,6 +6,7 @@ it (:meth:`Neighbourhood.parted`), two panels are seen to cross, or it is ``FLOO
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -67,7 +68,7 @@ class Sweep:
     def __init__(self, motion: Motion, near: Neighbourhood, thickness: float, most_states: int) -> None:
         self.motion, self.near, self.thickness, self.most_states = motion, near, thickness, most_states
         self.touch = TOUCH * near.sheet.size
-        self.look = max(near.sheet.size / 20.0, 1.01 * thickness)
+        self.look = max(near.sheet.size / 10.0, 1.01 * thickness)
         self.found = Findings()
 
     def state(self, driving: float, guess: Array) -> State | None:
@@ -143,27 +144,44 @@ class Sweep:
         gap, apart = self.near.parted(pairs, a, m, b)
         if not pairs.hinged:
             self.measure(pairs, apart, (a, m, b))
-        resolved = gap > (0.0 if pairs.hinged else self.thickness)
+        # once panels are too close for the thickness, only crossings are left to find
+        wanted = 0.0 if pairs.hinged or self.found.thin else self.thickness
+        resolved = gap > wanted
         touch = TOUCH if pairs.hinged else self.touch
         # they touch, and are not only near each other: of those halving will tell
-        touching = ~resolved & (gap >= -touch) & (apart.min(axis=1) <= touch)
-        if self.thickness > 0.0 and not pairs.hinged:
-            touching[:] = False
+        touching = ~resolved & (apart.min(axis=1) <= touch)
+        if touching.any():
+            slides = self.near.sliding(pairs.take(touching), a, m, b) >= -self.touch
+            touching[touching] = slides | (gap[touching] >= -touch)
+        touching &= wanted == 0.0
         for at in np.flatnonzero(touching):
             self.contact(pairs.take(np.array([at])), a, b)
         return pairs.take(~resolved & ~touching)
 
     def contact(self, pair: Pairs, a: State, b: State) -> None:
         """Note that two panels touch; sliding into each other in one plane is more than that."""
-        panels = _panels(pair, 0)
+        panels, tolerance = _panels(pair, 0), 10.0 * self.touch
         p = self.near.first(pair)
-        before, after = (overlap_in_plane(p, self.near.second(pair, s)[0], 10.0 * self.touch)[0] for s in (a, b))
-        flat_before = np.abs(self.near.second(pair, a)[0][..., 2]).max() <= 10.0 * self.touch
-        if after and not before and flat_before:
-            self.found.crossing = Meeting(panels, b.driving, "slide into each other in one plane")
+
+        def overlaps(state: State) -> bool:
+            return bool(overlap_in_plane(p, self.near.second(pair, state)[0], tolerance)[0])
+
+        level = np.abs(self.near.second(pair, a)[0][..., 2]).max() <= tolerance
+        if level and overlaps(b) and not overlaps(a):
+            where = self.narrow(a, b, overlaps)[1].driving
+            self.found.crossing = Meeting(panels, where, "slide into each other in one plane")
             return
         first, last = self.found.contacts.get(panels, (a.driving, b.driving))
         self.found.contacts[panels] = (min(first, a.driving), max(last, b.driving))
+
+    def narrow(self, before: State, after: State, holds: Callable[[State], bool]) -> tuple[State, State]:
+        """Two states next to each other of which only the second one has a property, as the last of those given has."""
+        while after.driving - before.driving > _EXACT:
+            m = self.state((before.driving + after.driving) / 2.0, between(before, after, 0.5))
+            if m is None:
+                break
+            before, after = (before, m) if holds(m) else (m, after)
+        return before, after
 
     def depth(self, pairs: tuple[Pairs, ...], state: State) -> tuple[float, tuple[int, int]]:
         """How far the panels that reach into each other most do so, and which they are."""
@@ -172,20 +190,12 @@ class Sweep:
 
     def cross(self, pairs: tuple[Pairs, ...], before: State, after: State) -> None:
         """Some panels cross at ``after``: find the angle at which the first of them begin to."""
-        while after.driving - before.driving > _EXACT:
-            m = self.state((before.driving + after.driving) / 2.0, between(before, after, 0.5))
-            if m is None:
-                break
-            before, after = (before, m) if self.depth(pairs, m)[0] > self.touch else (m, after)
-        self.found.crossing = Meeting(self.depth(pairs, after)[1], after.driving, "cross")
+        _, state = self.narrow(before, after, lambda m: self.depth(pairs, m)[0] > self.touch)
+        self.found.crossing = Meeting(self.depth(pairs, state)[1], state.driving, "cross")
 
     def past_flat(self, a: State, b: State) -> tuple[State, Meeting]:
         """A crease that folds beyond ±180° takes its panels through each other: the last state before, and where."""
-        while b.driving - a.driving > _EXACT:
-            m = self.state((a.driving + b.driving) / 2.0, between(a, b, 0.5))
-            if m is None:
-                break
-            a, b = (a, m) if (np.abs(m.rho) > _OVER).any() else (m, b)
+        a, b = self.narrow(a, b, lambda m: bool((np.abs(m.rho) > _OVER).any()))
         panels = self.near.sheet.beside[int(np.argmax(np.abs(b.rho)))]
         how = "pass through each other at their crease"
         return a, Meeting((int(panels.min()), int(panels.max())), b.driving, how)
