@@ -107,25 +107,25 @@ class Linkage:
         neighbours = defaultdict(list)
         for e in np.flatnonzero(sheet.inner):
             left, right = (int(f) for f in sheet.beside[e])
-            neighbours[right].append((left, int(e), 0))
-            neighbours[left].append((right, int(e), 1))
+            u, v = (int(end) for end in sheet.edges[e])
+            neighbours[right].append((left, int(e), u, v))
+            neighbours[left].append((right, int(e), v, u))
         root = int(np.argmin(self._off_centre()))
         levels: list[tuple[Indices, Indices, Indices, Indices, Array]] = []
         seen, frontier = {root}, [root]
         while frontier:
             rows = []
             for parent in frontier:
-                for child, e, flipped in neighbours[parent]:
+                for child, *hinge in neighbours[parent]:
                     if child not in seen:
                         seen.add(child)
-                        ends = sheet.edges[e, 1 - flipped], sheet.edges[e, flipped]
-                        rows.append((child, parent, e, int(ends[1]), int(ends[0])))
+                        rows.append((child, parent, *hinge))
             frontier = [row[0] for row in rows]
             if rows:
-                children, parents, creases, u, v = np.array(rows, dtype=np.int64).T
-                along = self.flat[v] - self.flat[u]
+                children, parents, creases, starts, ends = np.array(rows, dtype=np.int64).T
+                along = self.flat[ends] - self.flat[starts]
                 along /= np.linalg.norm(along, axis=1, keepdims=True)
-                levels.append((children, parents, creases, u, along))
+                levels.append((children, parents, creases, starts, along))
         return levels
 
     def _off_centre(self) -> Array:

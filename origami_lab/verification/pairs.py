@@ -2,14 +2,15 @@
 
 Seen from the first panel of a pair the corners of the other move along smooth curves. Over an interval they are
 replaced by the cubics through their positions and velocities at its ends, which lie in the hull of four control points
-each; what the cubics miss is taken as ``SAFETY`` times what they miss in the middle, where the miss of a smooth curve is
-largest. One plane that has all of this on one side and the first triangle on the other excludes a crossing everywhere
+each; what the cubics miss is taken as ``SAFETY`` times what they miss in the middle, where a smooth curve is missed
+most. One plane that has all of this on one side and the first triangle on the other excludes a crossing everywhere
 in the interval. Of triangles that share a vertex the cones over their far sides are parted in the same way. Panels that
 share a crease, each wholly on its side of it, cannot cross as long as the crease folds by less than 180°.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,7 @@ from origami_lab.verification.separation import crossing_depth, gaps, least, sep
 from origami_lab.verification.sliding import sliding_gap
 
 SAFETY = 8.0
+_AT_A_TIME = 4096
 _PAIRS = 400_000
 """More pairs than this that are close to each other are not looked at one by one."""
 
@@ -47,9 +49,14 @@ class Pairs:
     def __len__(self) -> int:
         return len(self.panels)
 
-    def take(self, which: NDArray[np.bool_] | Indices) -> Pairs:
+    def take(self, which: NDArray[np.bool_] | Indices | slice) -> Pairs:
         """Some of the pairs."""
         return Pairs(self.first[which], self.second[which], self.panels[which], self.hinged)
+
+    def parts(self) -> Iterator[Pairs]:
+        """All pairs, a bounded number at a time: what is worked out for them takes some kilobytes each."""
+        for start in range(0, len(self), _AT_A_TIME):
+            yield self.take(slice(start, start + _AT_A_TIME))
 
 
 class Neighbourhood:
@@ -153,19 +160,24 @@ class Neighbourhood:
 
     def depth(self, pairs: Pairs, state: State) -> Array:
         """(N,) how far the triangles reach into each other at one state; positive: they cross."""
-        return crossing_depth(self.first(pairs), self.second(pairs, state)[0])
+        work = [crossing_depth(self.first(part), self.second(part, state)[0]) for part in pairs.parts()]
+        return np.concatenate([np.empty(0), *work])
 
     def gap(self, pairs: Pairs, state: State) -> Array:
         """(N,) distances at one state; of pairs that share a vertex, how far apart the cones are (their unit sides)."""
-        return _apart(pairs.hinged, self.first(pairs), self.second(pairs, state)[0])[0] if len(pairs) else np.empty(0)
+        work = [_apart(part.hinged, self.first(part), self.second(part, state)[0])[0] for part in pairs.parts()]
+        return np.concatenate([np.empty(0), *work])
 
     def sliding(self, pairs: Pairs, a: State, m: State, b: State) -> Array:
         """(N,) the gap that a plane shows which moves along with two touching sides, over a whole interval."""
-        controls, error = self._course(pairs, a, m, b)
-        return sliding_gap(self.first(pairs), controls.reshape(-1, 4, 3, 3), error)
+        work = []
+        for part in pairs.parts():
+            controls, error = self._course(part, a, m, b)
+            work.append(sliding_gap(self.first(part), controls.reshape(-1, 4, 3, 3), error))
+        return np.concatenate([np.empty(0), *work])
 
     def _course(self, pairs: Pairs, a: State, m: State, b: State) -> tuple[Array, Array]:
-        """(N, 12, 3) control points of the second triangles over an interval, (N,) how far they may be from the truth."""
+        """(N, 12, 3) control points of the second triangles over an interval, (N,) how far they may be off."""
         h = b.driving - a.driving
         (q0, v0), (q1, v1) = self.second(pairs, a), self.second(pairs, b)
         missed = (q0 + q1) / 2.0 + h / 8.0 * (v0 - v1) - self.second(pairs, m)[0]
@@ -181,8 +193,13 @@ class Neighbourhood:
             (N,) what is left beside the best plane after all errors, as distance or, for pairs that share a vertex,
             for unit sides of the cones; (N, 3) how far apart they are at the three states (:meth:`gap`).
         """
-        if not len(pairs):
-            return np.empty(0), np.empty((0, 3))
+        work = [self._parted(part, a, m, b) for part in pairs.parts()]
+        return (
+            np.concatenate([np.empty(0), *(gap for gap, _ in work)]),
+            np.concatenate([np.empty((0, 3)), *(apart for _, apart in work)]),
+        )
+
+    def _parted(self, pairs: Pairs, a: State, m: State, b: State) -> tuple[Array, Array]:
         controls, error = self._course(pairs, a, m, b)
         p, middle = self.first(pairs), self.second(pairs, m)[0]
         found = [_apart(pairs.hinged, p, q) for q in (controls[:, :3], middle, controls[:, 9:])]

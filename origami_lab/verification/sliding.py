@@ -1,8 +1,9 @@
 """Triangles that stay in touch edge to edge while they move: a plane that moves along parts them.
 
-Creases on one line of the flat sheet may keep their panels' edges in contact over the whole motion. No fixed plane parts such
-panels over an interval; the one through both edges does. Its normal is the product of a fixed side and a moving one, which is a
-cubic in Bernstein form, so what it says of the corners are polynomials that lie between their coefficients.
+Creases on one line of the flat sheet may keep their panels' edges in contact over the whole motion. No fixed plane
+parts such panels over an interval; the one through both edges does. Its normal is the product of a fixed side and a
+moving one, a cubic in Bernstein form, so what it says of the corners are polynomials that lie between their
+coefficients.
 """
 
 from __future__ import annotations

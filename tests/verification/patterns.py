@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -42,7 +43,7 @@ def strip(
     x = np.concatenate([[0.0], np.cumsum(widths)])
     vertices = [(float(at), y) for at in x for y in (0.0, 1.0)]
     panels = [(2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1) for i in range(len(widths))]
-    owner = [0] + list(range(len(widths)))  # of each column of vertices
+    owner = [0, *range(len(widths))]  # of each column of vertices
     columns = [owner[i // 2] for i in range(len(vertices))]
     if tab is not None:
         start, gap = tab
@@ -78,6 +79,39 @@ def strip(
     return designs.design(
         vertices, panels, fold, best=len(angles) - 1, driven=creases, driving_angles=np.radians(angles)
     )
+
+
+def miura_sheet(rows: int, columns: int, gamma: float, driving: float) -> dict[str, Any]:
+    """A Miura-ori of parallelograms with the acute angle γ, folded by its closed form, as a file of fold angles only.
+
+    Zigzag lines run along x and fold by ±ζ, straight ones along y by ± the driving angle ρ, where
+    tan(ρ/2) = cos γ·tan(ζ/2) (angles in degrees).
+    """
+    slant = 1.0 / math.tan(math.radians(gamma))
+    coords = [[j, i + slant * (j % 2)] for i in range(rows + 1) for j in range(columns + 1)]
+    at = [[i * (columns + 1) + j for j in range(columns + 1)] for i in range(rows + 1)]
+    zigzag = 2 * math.degrees(math.atan(math.tan(math.radians(driving) / 2) / math.cos(math.radians(gamma))))
+    edges, letters, angles = [], [], []
+    for i in range(rows + 1):
+        for j in range(columns + 1):
+            if j < columns:  # along a zigzag: all of one line fold the same way
+                inner = 0 < i < rows
+                edges.append([at[i][j], at[i][j + 1]])
+                angles.append(zigzag * (-1) ** i if inner else 0.0)
+                letters.append("B" if not inner else "V" if i % 2 == 0 else "M")
+            if i < rows:  # along a straight line: the ways alternate
+                inner, up = 0 < j < columns, (i + j) % 2 == 1
+                edges.append([at[i][j], at[i + 1][j]])
+                angles.append(driving * (1 if up else -1) if inner else 0.0)
+                letters.append("B" if not inner else "V" if up else "M")
+    faces = [[at[i][j], at[i][j + 1], at[i + 1][j + 1], at[i + 1][j]] for i in range(rows) for j in range(columns)]
+    return {
+        "vertices_coords": coords,
+        "edges_vertices": edges,
+        "edges_assignment": letters,
+        "edges_foldAngle": angles,
+        "faces_vertices": faces,
+    }
 
 
 def write(path: Path, fold: dict[str, Any]) -> Path:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import origami_lab
+from origami_lab.export.fold import write_fold
 from origami_lab.game.game import Game
-from origami_lab.game.pattern import CreasePattern
 from origami_lab.game.starts import Crease, Square
 from origami_lab.search.certify import certified_reach
 from origami_lab.verification.document import document_of
@@ -55,7 +56,7 @@ SECTORS = [(70.0, 40.0), (60.0, 60.0), (110.0, 55.0), (85.0, 20.0)]
 @pytest.mark.parametrize(("alpha", "beta"), SECTORS)
 @pytest.mark.parametrize("mode", ["A", "B"])
 def test_the_solver_agrees_with_closed_forms(alpha: float, beta: float, mode: str) -> None:
-    """Flat-foldable vertices of degree 4: tan(ρ₁/2) = k·tan(ρ₀/2), with another k for each mode (Miura: α = β, mode B)."""
+    """Flat-foldable vertices of degree 4: tan(ρ₁/2) = k·tan(ρ₀/2), k of the mode (Miura: α = β, mode B)."""
     if (alpha, beta, mode) == (60.0, 60.0, "A"):
         pytest.skip("the two collinear creases fold alone there")
     design = designs.degree_four(alpha, beta, mode)
@@ -122,7 +123,7 @@ KINDS = [
 def random_designs(
     count: int, rng: np.random.Generator, *, collisions: bool
 ) -> Iterator[tuple[Game, tuple[int, ...], int, int]]:
-    """Games, actions, and up to which of its angles each folds at all and, checked densely by the game, without collision.
+    """Games, actions, and up to which angle each folds at all and, checked densely by the game, without collision.
 
     With ``collisions`` the game's ten angles are free of them and the dense check agrees; without, it does not.
     """
@@ -175,14 +176,10 @@ def test_random_patterns_that_collide() -> None:
     assert agreed >= 19  # behind a branch point the file's next state is the first that is looked at
 
 
-def test_design_and_file_say_the_same(tmp_path: object) -> None:
-    from pathlib import Path
-
-    from origami_lab.export.fold import write_fold
-
-    design: CreasePattern = known_design("cube")
-    path = Path(str(tmp_path)) / "cube.fold"
+def test_design_and_file_say_the_same(tmp_path: Path) -> None:
+    design = known_design("cube")
+    path = tmp_path / "cube.fold"
     write_fold(path, design)
     one, other = origami_lab.verify(design), origami_lab.verify(path)
     assert [(c.name, c.status) for c in one.checks] == [(c.name, c.status) for c in other.checks]
-    assert one["clearance"].numbers == pytest.approx(other["clearance"].numbers, nan_ok=True)
+    assert one["clearance"].numbers["clearance"] == pytest.approx(other["clearance"].numbers["clearance"])
