@@ -193,13 +193,13 @@ class Neighbourhood:
             (N,) what is left beside the best plane after all errors, as distance or, for pairs that share a vertex,
             for unit sides of the cones; (N, 3) how far apart they are at the three states (:meth:`gap`).
         """
-        work = [self._parted(part, a, m, b) for part in pairs.parts()]
+        work = [self._parted_part(part, a, m, b) for part in pairs.parts()]
         return (
             np.concatenate([np.empty(0), *(gap for gap, _ in work)]),
             np.concatenate([np.empty((0, 3)), *(apart for _, apart in work)]),
         )
 
-    def _parted(self, pairs: Pairs, a: State, m: State, b: State) -> tuple[Array, Array]:
+    def _parted_part(self, pairs: Pairs, a: State, m: State, b: State) -> tuple[Array, Array]:
         controls, error = self._course(pairs, a, m, b)
         p, middle = self.first(pairs), self.second(pairs, m)[0]
         found = [_apart(pairs.hinged, p, q) for q in (controls[:, :3], middle, controls[:, 9:])]
