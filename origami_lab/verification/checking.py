@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,12 +14,11 @@ from origami_lab.errors import InputError
 from origami_lab.verification.certificate import FACT, OK, OPEN, WRONG, Certificate, Check, degrees
 from origami_lab.verification.course import branch_text, follow
 from origami_lab.verification.document import Design, Document, document_of
-from origami_lab.verification.freedom import is_free, rank
+from origami_lab.verification.freedom import check_freedom
 from origami_lab.verification.linkage import Linkage, State
 from origami_lab.verification.motion import Motion
 from origami_lab.verification.pairs import CrowdedError, Neighbourhood
 from origami_lab.verification.panels import unfolded
-from origami_lab.verification.planar import Array
 from origami_lab.verification.separation import TOUCH, overlap_in_plane
 from origami_lab.verification.sheet import Sheet, SheetError, UndecidableError, build_sheet
 from origami_lab.verification.states import (
@@ -123,7 +121,7 @@ class _Moving:
         if reason:
             yield crossing or Check("motion", OPEN, reason)
             return
-        freedom, motion, states = self.freedom(held, folded)
+        freedom, motion, states = check_freedom(linkage, self.document, held, folded, self.rounding())
         yield freedom
         if freedom.status != OK or motion is None:
             if crossing is not None:
@@ -165,65 +163,6 @@ class _Moving:
         """By how much loops fail to close in the file: positions that are walked to are off by as much."""
         return 10.0 * max(float(self.linkage.closure(claim.rho)[2].max(initial=0.0)) for claim in self.found)
 
-    # degrees of freedom
-
-    def freedom(self, held: NDArray[np.bool_], folded: list[Claim]) -> tuple[Check, Motion | None, list[State]]:
-        """How many there are, and that none is left once the driven creases are tied to one angle."""
-        sheet, linkage = self.linkage.sheet, self.linkage
-        hinges = np.flatnonzero(sheet.inner & ~held)
-        whole = [rank(linkage, claim.rho, hinges) for claim in folded]
-        least = min(r.freedoms for r in whole)
-        numbers: dict[str, Any] = {"creases": len(hinges), "freedoms": least, "flat_edges_held": int(held.sum())}
-        driven = self.document.driven
-        name = "degrees of freedom"
-        if driven is not None and (driven & sheet.inner).any():
-            tip = max(folded, key=lambda claim: float(np.abs(claim.rho[driven & sheet.inner]).max()))
-            drive = np.where(driven & sheet.inner, np.sign(tip.rho), 0.0)
-            numbers["driven"] = int((drive != 0.0).sum())
-        elif least != 1:
-            text = f"{least} and the file does not say which creases are driven: which way it moves is open"
-            return Check(name, OPEN, text, numbers), None, []
-        else:
-            drive = _driver(whole[-1].directions[0], hinges, folded, len(held))
-        motion = Motion(linkage, held, drive)
-        free = motion.free
-        angles = [self.driving(claim, drive) for claim in folded]
-        tied = [rank(linkage, claim.rho, free) for claim in folded]
-        singular = [angles[k] for k, r in enumerate(tied) if r.freedoms]
-        left = min(r.freedoms for r in tied)
-        numbers |= {"freedoms_when_driven": left, "smallest_singular_value": min(r.smallest for r in tied)}
-        if len(singular) == len(tied) and any(
-            is_free(motion, a, c.rho, r) for a, c, r in zip(angles, folded, tied, strict=True)
-        ):
-            text = f"{left} left when the driven creases are held: the design can move on its own"
-            e = int(free[np.abs(tied[-1].directions[0]).argmax()])
-            panels = (int(sheet.beside[e].min()), int(sheet.beside[e].max()))
-            return Check(name, WRONG, text, numbers | {"edge": e}, panels, math.degrees(angles[-1])), None, []
-        states: list[State] = []
-        for angle, claim in sorted(zip(angles, folded, strict=True), key=lambda pair: pair[0]):
-            state = motion.solve(angle, claim.rho)
-            if state is None or np.abs(state.rho - claim.rho).max() > 10.0 * max(SAME_ANGLE, self.rounding()):
-                text = f"the loops do not close near {claim.name} with the driven creases at {degrees(angle)}"
-                return Check(name, OPEN, text, numbers), None, []
-            if states and state.driving - states[-1].driving < 1e-9:
-                continue
-            states.append(state)
-        tied_to_one = len(hinges) - len(free)
-        text = f"1: {len(hinges)} creases, {least} freedom(s), {tied_to_one} crease(s) tied to one driving angle"
-        if held.any():
-            text += f"; {int(held.sum())} flat edges held"
-        if singular:
-            text += f"; singular at {', '.join(map(degrees, singular))}"
-        return Check(name, OK, text, numbers), motion, states
-
-    def driving(self, claim: Claim, drive: Array) -> float:
-        """The driving angle of a state, radians: what the file says, or how far the driven creases fold."""
-        return (
-            abs(claim.driving)
-            if claim.driving is not None and self.document.driven is not None
-            else float(np.abs(claim.rho[drive != 0.0]).mean())
-        )
-
     # the motion
 
     def motion_checks(
@@ -244,6 +183,9 @@ class _Moving:
             "states": found.states,
             "intervals": found.intervals,
             "branch_points": [math.degrees(angle) for angle in course.branches],
+            "smallest_singular_value": course.singular,
+            "smallest_singular_value_at": math.degrees(course.singular_at),
+            "singular_between": [[math.degrees(low), math.degrees(high)] for low, high in course.flips],
         }
         below = "; below that it stays as good as flat" if course.flat else ""
         solver = [gap for gap in found.gaps if "solver" in gap.why or "motion" in gap.why]
@@ -316,18 +258,3 @@ class _Moving:
         if self.thickness > 0.0:
             text += f"; all keep {self.thickness:g} apart"
         return Check(name, OK, text, numbers)
-
-
-def _driver(direction: Array, hinges: NDArray[np.int64], folded: list[Claim], count: int) -> Array:
-    """A crease to drive by, where there is one freedom and the file names none: the one that moves most.
-
-    It must fold further from state to state, or it could not lead through all of them.
-    """
-    order = hinges[np.argsort(-np.abs(direction))]
-    size = np.array([np.abs(claim.rho) for claim in folded])
-    size = size[np.argsort(size.mean(axis=1))]
-    steady = [e for e in order if size[0, e] > SAME_ANGLE and (np.diff(size[:, e]) > 0.0).all()]
-    drive = np.zeros(count)
-    e = int(steady[0] if steady else order[0])
-    drive[e] = float(np.sign(folded[-1].rho[e])) or 1.0
-    return drive

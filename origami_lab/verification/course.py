@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
@@ -34,18 +34,38 @@ class Course:
     high: float
     missed: float
     """Radians: by how much the solver's states differ from the file's."""
-    branches: list[float]
+    branches: list[float] = field(default_factory=list)
     """Driving angles at which the motion branches and the file changes over to the other branch."""
+    flips: list[tuple[float, float]] = field(default_factory=list)
+    """Driving angles between which the closure Jacobian is singular, for its determinant changes sign."""
+    singular: float = float("inf")
+    """The smallest singular value of the closure Jacobian along the motion, in the free creases."""
+    singular_at: float = 0.0
+
+    def sweep(self, sweep: Sweep, nodes: Sequence[State]) -> None:
+        """Sweep the intervals between neighbouring states, and watch how near to singular they are."""
+        before = 0.0
+        for k, b in enumerate(nodes):
+            if sweep.found.crossing is not None:
+                return
+            smallest, sign = sweep.motion.conditioning(b)
+            if smallest < self.singular:
+                self.singular, self.singular_at = smallest, b.driving
+            if k:
+                if sign * before < 0.0:
+                    self.flips.append((nodes[k - 1].driving, b.driving))
+                sweep.interval(nodes[k - 1], b)
+            before = sign
 
 
 def follow(sweep: Sweep, states: Sequence[State]) -> Course:
     """Sweep the motion from the flat sheet through all states, which come by increasing driving angle."""
     motion, near = sweep.motion, sweep.near
-    course = Course(states[0].driving, False, states[-1].driving, 0.0, [])
+    course = Course(states[0].driving, False, states[-1].driving, 0.0)
     down = _descend(motion, near, states[0], sweep.most_states // 4)
     course.low, course.flat = down[-1].driving, nearly_flat(near, down[-1])
     if course.flat:
-        _sweep(sweep, down[::-1])
+        course.sweep(sweep, down[::-1])
     else:  # at a branch point on the way the motion may have gone where the file's does not
         course.low = states[0].driving
     for a, b in pairwise(states):
@@ -55,7 +75,8 @@ def follow(sweep: Sweep, states: Sequence[State]) -> Course:
             try:
                 nodes = motion.walk(a, b.driving, sweep.most_states // 4, smooth)
             except StuckError as stuck:
-                sweep.found.gaps.append(Gap(stuck.driving, b.driving, _why(stuck)))
+                course.sweep(sweep, stuck.states)
+                sweep.found.gaps.append(Gap(stuck.states[-1].driving, b.driving, _why(stuck)))
                 nodes = []
                 break
             missed = float(np.abs(wrapped(nodes[-1].rho - b.rho)).max(initial=0.0))
@@ -65,11 +86,11 @@ def follow(sweep: Sweep, states: Sequence[State]) -> Course:
             continue
         if missed <= SAME_STATE:
             course.missed = max(course.missed, missed)
-            _sweep(sweep, nodes)
+            course.sweep(sweep, nodes)
         elif (parts := _two_branches(motion, nodes, b, sweep.most_states // 4)) is not None:
             course.branches.append(parts[0])
-            _sweep(sweep, parts[1])
-            _sweep(sweep, parts[2])
+            course.sweep(sweep, parts[1])
+            course.sweep(sweep, parts[2])
         else:
             why = f"the motion from {degrees(a.driving)} leads to another state than the file's"
             sweep.found.gaps.append(Gap(a.driving, b.driving, why))
@@ -78,11 +99,6 @@ def follow(sweep: Sweep, states: Sequence[State]) -> Course:
 
 def _why(stuck: StuckError) -> str:
     return f"the solver does not get on (smallest singular value {stuck.singular:.1e})"
-
-
-def _sweep(sweep: Sweep, nodes: Sequence[State]) -> None:
-    for a, b in pairwise(nodes):
-        sweep.interval(a, b)
 
 
 def _descend(motion: Motion, near: Neighbourhood, start: State, most: int) -> list[State]:
@@ -180,6 +196,8 @@ def _along(nodes: list[State], driving: float) -> Array:
 
 
 def branch_text(course: Course) -> str:
-    """What to say of branch points."""
+    """What to say of singular states on the way."""
     where = " and ".join(degrees(angle) for angle in course.branches)
-    return f"; at {where} the motion branches, a fold angle passing through 0" if where else ""
+    text = f"; at {where} the motion branches, a fold angle passing through 0" if where else ""
+    others = [flip for flip in course.flips if not any(flip[0] <= angle <= flip[1] for angle in course.branches)]
+    return text + "".join(f"; singular between {degrees(low)} and {degrees(high)}" for low, high in others[:3])

@@ -29,9 +29,9 @@ SMALLEST_STEP = 1e-7
 class StuckError(Exception):
     """The solver found no state near the last one."""
 
-    def __init__(self, driving: float, singular: float) -> None:
-        super().__init__(driving)
-        self.driving, self.singular = driving, singular
+    def __init__(self, states: list[State], singular: float) -> None:
+        super().__init__(states[-1].driving)
+        self.states, self.singular = states, singular
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +88,7 @@ class Motion:
             step = min(step, 0.1, LARGEST_TURN / float(np.abs(here.speed).max(initial=1e-3)))
             while True:
                 if step < SMALLEST_STEP or len(states) > most:
-                    raise StuckError(here.driving, self.singular_value(here))
+                    raise StuckError(states, self.conditioning(here)[0])
                 left = abs(stop - here.driving)
                 h = direction * (left if left < 1.01 * step else min(step, left / 2.0 if left < 2.0 * step else step))
                 guess = here.rho + h * here.speed
@@ -102,13 +102,17 @@ class Motion:
             step = 1.5 * abs(h)
         return states
 
-    def singular_value(self, state: State) -> float:
-        """The smallest singular value of the closure Jacobian in the creases that are free."""
-        free = self.free
-        _, jacobian, _ = self.linkage.closure(state.rho)
-        if not len(free):
-            return float("inf")
-        return float(linalg.svdvals(jacobian[:, free]).min()) if len(jacobian) >= len(free) else 0.0
+    def conditioning(self, state: State) -> tuple[float, float]:
+        """The smallest singular value of the closure Jacobian in the free creases, and the sign of its determinant.
+
+        The sign is 0 where there are more equations than unknowns.
+        """
+        jacobian = self.linkage.closure(state.rho)[1][:, self.free]
+        rows, columns = jacobian.shape
+        if not columns:
+            return float("inf"), 0.0
+        smallest = float(linalg.svdvals(jacobian).min()) if rows >= columns else 0.0
+        return smallest, float(np.linalg.slogdet(jacobian)[0]) if rows == columns else 0.0
 
 
 def between(a: State, b: State, t: float) -> Array:
