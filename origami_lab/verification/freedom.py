@@ -125,9 +125,8 @@ def check_freedom(
         numbers["flat_edges_could_fold"] = is_free(
             loose, angles[-1], some[-1].rho, rank(linkage, some[-1].rho, loose.free)
         )
-        text += f"; {int(held.sum())} flat edges held" + (
-            ", which could fold" if numbers["flat_edges_could_fold"] else ""
-        )
+        could = ", which could fold" if numbers["flat_edges_could_fold"] else ""
+        text += f"; {int(held.sum())} flat edges held{could}"
     singular = [degrees(angle) for angle, found in zip(angles, tied, strict=True) if found.freedoms]
     if singular:
         text += f"; singular at {', '.join(singular)}"

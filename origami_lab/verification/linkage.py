@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from origami_lab.verification.planar import Array, Indices
+from origami_lab.verification.planar import Array, Indices, cross
 from origami_lab.verification.sheet import Sheet
 
 
@@ -148,7 +148,7 @@ class Linkage:
             after = np.einsum("nij,nj->ni", turn[child], self.flat[u])
             shift[child] = shift[parent] + before - after
             spin[child] = spin[parent] + speed[e, None] * axis
-            drift[child] = drift[parent] + np.cross(spin[parent], before) - np.cross(spin[child], after)
+            drift[child] = drift[parent] + cross(spin[parent], before) - cross(spin[child], after)
         return State(driving, rho, speed, turn, shift, spin, drift, residual)
 
     def vertices(self, state: State) -> Array:
@@ -180,6 +180,6 @@ def _turn_about(axis: Array, angle: Array) -> Array:
     """(N, 3, 3) rotations about unit vectors (N, 3): Rodrigues."""
     x, y, z = axis.T
     zero = np.zeros_like(x)
-    cross = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
+    skew = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
     s, c = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
-    return np.asarray(np.eye(3) + s * cross + (1.0 - c) * (cross @ cross))
+    return np.asarray(np.eye(3) + s * skew + (1.0 - c) * (skew @ skew))

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.verification.linkage import Linkage, State
-from origami_lab.verification.planar import Array, Indices
+from origami_lab.verification.planar import Array, Indices, cross
 from origami_lab.verification.separation import crossing_depth, gaps, least, separating, separating_cones
 from origami_lab.verification.sliding import sliding_gap
 
@@ -141,7 +141,7 @@ class Neighbourhood:
         """(T, 3, 3) velocities of the corners in space."""
         sheet = self.sheet
         arm = self.linkage.flat[sheet.triangles] @ state.turn[sheet.owner].transpose(0, 2, 1)
-        return np.asarray(np.cross(state.spin[sheet.owner][:, None], arm) + state.drift[sheet.owner][:, None])
+        return np.asarray(cross(state.spin[sheet.owner][:, None], arm) + state.drift[sheet.owner][:, None])
 
     def first(self, pairs: Pairs) -> Array:
         """(N, 3, 3) the first triangles, flat: they stay in their panel's frame."""
@@ -154,8 +154,8 @@ class Neighbourhood:
         arm = flat @ state.turn[q].transpose(0, 2, 1)
         rel = arm + (state.shift[q] - state.shift[p])[:, None]
         # from the panel x = T·X + s:  X' = Tᵀ(ẋ − ṡ − ω × (x − s))
-        speed = np.cross(state.spin[q][:, None], arm) + (state.drift[q] - state.drift[p])[:, None]
-        speed -= np.cross(state.spin[p][:, None], rel)
+        speed = cross(state.spin[q][:, None], arm) + (state.drift[q] - state.drift[p])[:, None]
+        speed -= cross(state.spin[p][:, None], rel)
         return rel @ state.turn[p], speed @ state.turn[p]
 
     def depth(self, pairs: Pairs, state: State) -> Array:
@@ -202,9 +202,11 @@ class Neighbourhood:
     def _parted_part(self, pairs: Pairs, a: State, m: State, b: State) -> tuple[Array, Array]:
         controls, error = self._course(pairs, a, m, b)
         p, middle = self.first(pairs), self.second(pairs, m)[0]
-        found = [_apart(pairs.hinged, p, q) for q in (controls[:, :3], middle, controls[:, 9:])]
-        directions = _blend(p, middle, [direction for _, direction in found])
-        apart = np.stack([distance for distance, _ in found], axis=1)
+        # the three states in one go: for a few pairs it is the calls that take time
+        q = np.concatenate([controls[:, :3], middle, controls[:, 9:]])
+        distances, shown = _apart(pairs.hinged, np.tile(p, (3, 1, 1)), q)
+        apart, found = distances.reshape(3, -1).T, shown.reshape(3, -1, 3)
+        directions = _blend(p, middle, found)
         if not pairs.hinged:
             return gaps(directions, p, controls).max(axis=1) - error, apart
         length = np.linalg.norm(middle[:, 1:] - middle[:, :1], axis=2)
@@ -224,9 +226,9 @@ def _apart(hinged: bool, p: Array, q: Array) -> tuple[Array, Array]:
     return np.maximum(distance, 0.0), direction
 
 
-def _blend(p: Array, q: Array, found: list[Array]) -> Array:
+def _blend(p: Array, q: Array, found: Array) -> Array:
     """Directions to try over an interval: what parts at its ends and middle, their means, and the normals."""
-    normals = [np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]) for t in (p, q)]
+    normals = [cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]) for t in (p, q)]
     means = [found[0] + found[2], found[0] + 2.0 * found[1] + found[2]]
     directions = np.stack([*found, *means, *normals, *(-normal for normal in normals)], axis=1)
     length = np.linalg.norm(directions, axis=2)

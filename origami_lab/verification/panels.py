@@ -7,7 +7,7 @@ from collections import defaultdict
 import numpy as np
 
 from origami_lab.verification.document import Document
-from origami_lab.verification.planar import Array, Face
+from origami_lab.verification.planar import Array, Face, cross
 from origami_lab.verification.sheet import Sheet, SheetError
 
 
@@ -44,14 +44,14 @@ def fold_angles(sheet: Sheet, coords: Array) -> Array:
     left, right = normals[sheet.beside[inner, 0]], normals[sheet.beside[inner, 1]]
     along = coords[sheet.edges[inner, 1]] - coords[sheet.edges[inner, 0]]
     along /= np.linalg.norm(along, axis=1, keepdims=True)
-    sine = np.einsum("nj,nj->n", np.cross(right, left), along)
+    sine = np.einsum("nj,nj->n", cross(right, left), along)
     out[inner] = np.arctan2(sine, np.einsum("nj,nj->n", right, left))
     return out
 
 
 def _normal(coords: Array, face: Face) -> Array:
     ring = coords[list(face)] - coords[face[0]]
-    normal = np.cross(ring, np.roll(ring, -1, axis=0)).sum(axis=0)
+    normal = cross(ring, np.roll(ring, -1, axis=0)).sum(axis=0)
     length = float(np.linalg.norm(normal))
     return normal / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
 
@@ -92,7 +92,7 @@ def _lay(flat: Array, coords: Array, face: Face, start: int, size: float) -> Non
     p, q = coords[ring[0]], coords[ring[1]]
     x = (q - p) / (float(np.linalg.norm(q - p)) or 1.0)
     normal = _normal(coords, face)
-    y = np.cross(normal, x)
+    y = cross(normal, x)
     a, b = flat[ring[0]], flat[ring[1]]
     u = (b - a) / (float(np.linalg.norm(b - a)) or 1.0)
     across = np.array([-u[1], u[0]])

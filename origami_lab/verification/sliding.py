@@ -13,6 +13,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from origami_lab.verification.planar import cross
+
 Array = NDArray[np.float64]
 
 _NEXT = (1, 2, 0)
@@ -36,7 +38,7 @@ def sliding_gap(p: Array, controls: Array, error: Array) -> Array:
     """
     sides = p[:, _NEXT] - p
     moving = controls[:, :, _NEXT] - controls
-    normals = np.cross(sides[:, :, None, None], moving.transpose(0, 2, 1, 3)[:, None])  # (N, 3, 3, 4, 3)
+    normals = cross(sides[:, :, None, None], moving.transpose(0, 2, 1, 3)[:, None])  # (N, 3, 3, 4, 3)
     still = np.einsum("nikrx,nijx->nikrj", normals, p[:, None] - p[:, :, None])
     rel = controls[:, None] - p[:, :, None, None]  # (N, 3 sides, 4, 3 corners, 3)
     products = np.einsum("nikrx,nisjx->nikrsj", normals, rel)

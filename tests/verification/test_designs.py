@@ -166,13 +166,13 @@ def test_a_hundred_random_patterns() -> None:
 def test_random_patterns_that_collide() -> None:
     """With collisions ignored by the game the certificate finds them between the same angles as its dense check."""
     agreed = 0
-    for game, actions, reach, free in random_designs(20, np.random.default_rng(0), collisions=False):
+    for game, actions, reach, free in random_designs(12, np.random.default_rng(0), collisions=False):
         certificate = origami_lab.verify(game.motion(actions, game.angles[:reach], {}))
         assert certificate.exit_code == 1, f"{actions}\n{certificate.words()}"
         low, high = np.degrees(game.angles[free - 1]), np.degrees(game.angles[free])
         agreed += low < certificate.angle <= high + 1e-9
         assert origami_lab.verify(game.motion(actions, game.angles[:free], {})).exit_code == 0
-    assert agreed >= 19  # behind a branch point the file's next state is the first that is looked at
+    assert agreed >= 11  # behind a branch point the file's next state is the first that is looked at
 
 
 def test_design_and_file_say_the_same(tmp_path: Path) -> None:
