@@ -21,6 +21,9 @@ from origami_lab.verification.planar import (
     triangulated,
 )
 
+_SMALLEST = 1e-6
+"""Units: products of smaller coordinates lose their meaning."""
+
 
 class SheetError(Exception):
     """The crease pattern is no valid sheet; the message says where."""
@@ -80,8 +83,8 @@ def build_sheet(flat: Array, document: Document) -> Sheet:
     if "C" in letters:
         raise UndecidableError(f"edge {letters.index('C')} is a cut, and cuts are not supported")
     size = float(np.ptp(flat, axis=0).max())
-    if not size > 0.0:
-        raise SheetError("all vertices are in one point")
+    if not size > _SMALLEST:
+        raise SheetError(f"the sheet is smaller than {_SMALLEST:g}")
     used = np.unique(edges)
     if (pair := coincident(flat[used], FLAT_TOLERANCE * size)) is not None:
         raise SheetError(f"vertices {used[pair[0]]} and {used[pair[1]]} are in one place")

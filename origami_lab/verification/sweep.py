@@ -96,11 +96,17 @@ class Sweep:
             self.interval(a, m, pairs)
             self.interval(m, b, pairs)
             return
-        if (np.abs(b.rho) > _OVER).any():
-            before, meeting = self.past_flat(a, b)
+        over = next((s for s in (m, b) if (np.abs(s.rho) > _OVER).any()), None)
+        if over is not None:
+            before, meeting = self.past_flat(a, over)
             if before.driving > a.driving:
                 self.interval(a, before, pairs)
             found.crossing = found.crossing or meeting
+            return
+        bulge = np.maximum(np.abs(a.rho + width / 3.0 * a.speed), np.abs(b.rho - width / 3.0 * b.speed))
+        if (bulge > _OVER).any() and width > FLOOR:  # a fold angle may pass ±180° and come back
+            self.interval(a, m, pairs)
+            self.interval(m, b, pairs)
             return
         if pairs is None:
             pairs = (self.near.neighbours, self.close_pairs(a, m, b))
@@ -207,11 +213,11 @@ class Sweep:
                 pair = some.take(np.array([at]))
                 sides = [self.side(pair, s) for s in (a, b)]
                 panels = _panels(pair, 0)
-                if self.thickness > 0.0 and not some.hinged:
-                    if self.near.gap(pair, b)[0] < self.thickness:
-                        self.found.thin = self.found.thin or Meeting(panels, b.driving, "closer than the thickness")
+                if self.thickness > 0.0 and not some.hinged and self.found.thin is None:
+                    self.give_up(a, b, f"panels {panels[0]} and {panels[1]} are about as far apart as they must be")
                     continue
-                if sides[0] * sides[1] < 0.0:
+                p, q = self.near.first(pair), self.near.second(pair, b)[0]
+                if sides[0] * sides[1] < 0.0 and overlap_in_plane(p, q, 1e-5 * self.near.sheet.size)[0]:
                     self.found.crossing = Meeting(panels, b.driving, "pass through each other")
                     return
                 self.give_up(a, b, f"panels {panels[0]} and {panels[1]} touch or nearly touch")
