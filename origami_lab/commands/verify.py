@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -25,8 +24,6 @@ def main(arguments: Sequence[str]) -> int:
         options = parser.parse_args(arguments)
     except SystemExit as ended:
         return int(ended.code or 0)
-    # the matrices are small: threads would spend their time waiting for each other
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from origami_lab.verification.checking import verify
 
     certificate = verify(Path(options.file), options.thickness)

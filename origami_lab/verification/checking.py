@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -53,7 +54,21 @@ def verify(source: str | Path | Design, thickness: float = 0.0) -> Certificate:
         raise InputError("thickness", thickness, "must be 0 or a positive length, in the file's units")
     name = str(source) if isinstance(source, str | Path) else "design"
     document = document_of(source)
-    return Certificate(name, tuple(_checks(document, thickness)))
+    with _one_thread():
+        return Certificate(name, tuple(_checks(document, thickness)))
+
+
+def _one_thread() -> AbstractContextManager[object]:
+    """Linear algebra in one thread: the matrices are small, and threads would wait for each other.
+
+    On a machine with other work that is the difference between one second and half a minute.
+    """
+    try:
+        from threadpoolctl import threadpool_limits
+    except ImportError:  # it comes with scikit-learn, which MLflow needs
+        return nullcontext()
+    limits: AbstractContextManager[object] = threadpool_limits(1)
+    return limits
 
 
 def _checks(document: Document, thickness: float) -> Iterator[Check]:
