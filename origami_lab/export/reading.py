@@ -31,14 +31,14 @@ def read_fold(path: str | os.PathLike[str]) -> FoldFile:
 
     Raises :class:`InputError`, whose field is the path, on anything that is not such a file.
     """
-    return _Reader(Path(path)).read()
+    return FoldReader(Path(path)).read()
 
 
-class _Reader:
+class FoldReader:
     """One file being read; carries the path for the messages."""
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
+    def __init__(self, path: Path, largest: int = _LARGEST) -> None:
+        self.path, self.largest = path, largest
 
     def refuse(self, value: object, expected: str) -> NoReturn:
         """Raise the one-line error; long values are cut."""
@@ -84,8 +84,8 @@ class _Reader:
         """The JSON object, or the reason why there is none."""
         try:
             size = self.path.stat().st_size
-            if size > _LARGEST:
-                self.refuse(f"{size} bytes", f"must be at most {_LARGEST} bytes")
+            if size > self.largest:
+                self.refuse(f"{size} bytes", f"must be at most {self.largest} bytes")
             text = self.path.read_text(encoding="utf-8-sig")
         except OSError as error:
             self.refuse(error.strerror or type(error).__name__, "must be a FOLD file that can be read")

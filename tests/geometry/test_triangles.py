@@ -21,7 +21,7 @@ def _triangle(rng: np.random.Generator, size: int = 4) -> NDArray[np.int64]:
             return t
 
 
-def _from(rng: np.random.Generator, kind: str) -> Pair:
+def pair_of_triangles(rng: np.random.Generator, kind: str) -> Pair:
     """A random pair of integer triangles in a given position to each other."""
     p, q = _triangle(rng), _triangle(rng)
     if kind == "shared vertex":
@@ -57,7 +57,7 @@ def test_equals_exact_arithmetic(kind: str) -> None:
     rng = np.random.default_rng(KINDS.index(kind))
     found = {False: 0, True: 0}
     for _ in range(400):
-        p, q = _from(rng, kind)
+        p, q = pair_of_triangles(rng, kind)
         if not np.cross(q[1] - q[0], q[2] - q[0]).any():
             continue
         exact = oracles.triangles_cross(p.tolist(), q.tolist())

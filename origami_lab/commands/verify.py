@@ -1,0 +1,39 @@
+"""`origami-lab verify`: is a design really rigidly foldable? A certificate, or why not."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from origami_lab.errors import InputError
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Print the certificate; returns 0 certified, 1 refuted, 3 not certifiable (2, unreadable, is raised)."""
+    description = "Check a FOLD file: sheet, panels, loops, one degree of freedom, and that no panels cross on the way."
+    epilog = "Exit codes: 0 certified, 1 refuted, 2 the file cannot be read, 3 not certifiable. See docs/verify.md."
+    parser = argparse.ArgumentParser("origami-lab verify", description=description, epilog=epilog)
+    parser.add_argument("file", help="a FOLD file with folded states or fold angles, ours or any program's")
+    parser.add_argument("--json", metavar="FILE", help="write the certificate as JSON; - writes it to standard output")
+    parser.add_argument(
+        "--thickness", type=float, default=0.0, help="distance that panels must keep, in the file's units"
+    )
+    try:
+        options = parser.parse_args(arguments)
+    except SystemExit as ended:
+        return int(ended.code or 0)
+    from origami_lab.verification.checking import verify
+
+    certificate = verify(Path(options.file), options.thickness)
+    if options.json == "-":
+        sys.stdout.write(certificate.json_text())
+        return certificate.exit_code
+    if options.json:
+        try:
+            Path(options.json).write_text(certificate.json_text(), encoding="utf-8")
+        except OSError as error:
+            raise InputError("--json", options.json, f"must be a file that can be written ({error.strerror})") from None
+    sys.stdout.write(certificate.words())
+    return certificate.exit_code

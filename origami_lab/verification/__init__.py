@@ -1,0 +1,1 @@
+"""Checking a folded design from its file alone, with nothing of the game's kinematics or collision code."""
