@@ -94,10 +94,10 @@ def _trial(folder: Path) -> Path:
 def test_a_start_pattern_is_found_from_another_folder(mesh: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     _trial(mesh.parent)
     monkeypatch.chdir(mesh.parent)
-    found = settings("target=cube", "start=file", "start.path=seed=0", "driving_angle.fixed=start")
+    found = settings("target=cube", "start=file", "start.path=seed=0")
     assert found.config["start"]["path"] == str(mesh.parent / "seed=0")
     assert found.start["path"] == "seed=0"
-    assert build_parts(found).game.driving_angle_fixed == 179.9
+    assert len(build_parts(found).game.start_moves) == 1
     assert settings("target=cube", "start=chair").config["start"]["path"] == "chair"
     with pytest.raises(InputError, match=r"start\.path=.*must be given: start\.path="):
         settings("target=cube", "start=file")

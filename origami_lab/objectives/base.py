@@ -172,6 +172,8 @@ def pose(objective: Any, design: CreasePattern) -> dict[str, list[float]]:
         if not callable(getattr(objective, name, None)):
             continue
         direction = getattr(objective, name)(design)
+        if direction is None:
+            continue
         where = type(objective).__name__
         if not isinstance(direction, Sequence) or len(direction) != 3 or not any(direction):
             raise InputError("objective", where, f"{name} returned {direction!r:.60}; must be x, y, z of a direction")

@@ -115,4 +115,4 @@ def face(spacing: float = 0.25, align_z: bool | Sequence[float] = True) -> Targe
     vertices = np.column_stack([np.copysign(across, x), up, z])
     place = alignment_point(align_z)
     vertices[:, 2] -= z.max() if place is None else surface_height(vertices[faces], place, "the face")
-    return Target("face", vertices, faces, closed=False)
+    return Target("face", vertices, faces, closed=False, up=(0.0, 1.0, 0.0), front=(0.0, 0.0, 1.0))

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from origami_lab.errors import InputError
 from origami_lab.game.game import Game
+from origami_lab.game.pattern import CreasePattern
 from origami_lab.game.state import States
 from origami_lab.geometry.bvh import Bvh, build_bvh
 from origami_lab.geometry.hausdorff import directed_distance
@@ -36,7 +37,7 @@ from origami_lab.objectives.coverage import (
     uncovered,
     vertex_distance,
 )
-from origami_lab.objectives.targets import Target
+from origami_lab.objectives.targets import Direction, Target
 
 Distance = Literal["vertex", "surface", "sampled"]
 TARGET_SAMPLES = 10_000
@@ -100,6 +101,14 @@ class ShapeObjective:
     def bind(self, game: Game) -> ShapeEvaluator:
         """The evaluator of this objective in a game."""
         return ShapeEvaluator(self, game)
+
+    def up(self, design: CreasePattern) -> Direction | None:
+        """As the target stands."""
+        return self.target.up
+
+    def front(self, design: CreasePattern) -> Direction | None:
+        """As the target is looked at."""
+        return self.target.front
 
     def report(self, game: Game, actions: tuple[int, ...], angle: int) -> dict[str, float]:
         """The return of a design at one driving angle under all three distances, without compactness."""

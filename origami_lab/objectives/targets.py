@@ -24,6 +24,7 @@ from origami_lab.geometry.sampling import areas, covering_points, sample_triangl
 from origami_lab.objectives.mesh_file import load_mesh
 
 Array = NDArray[np.float64]
+Direction = tuple[float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +44,8 @@ class Target:
         folded surface to the target.
     units_per_cell
         Units of the file that it came from in a board cell; None if it came from none.
+    up, front
+        Directions that are up, and towards the viewer, when it stands as one looks at it; None for z and −y.
     """
 
     name: str
@@ -50,6 +53,8 @@ class Target:
     faces: NDArray[np.int64]
     closed: bool
     units_per_cell: float | None = None
+    up: Direction | None = None
+    front: Direction | None = None
 
     def __post_init__(self) -> None:
         vertices = np.array(self.vertices, dtype=np.float64, order="C") + 0.0  # no negative zeros

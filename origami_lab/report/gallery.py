@@ -12,11 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 from PIL import Image
 
 from origami_lab.errors import InputError
 from origami_lab.export.fold import read_fold
-from origami_lab.export.foldfile import FoldFile
+from origami_lab.export.foldfile import FoldFile, FoldFrame
 from origami_lab.report.collect import Note, Trial
 from origami_lab.report.figures import HIGHLIGHT, INK, QUIET, new_figure
 from origami_lab.report.grouping import Groups, Heading
@@ -71,10 +72,14 @@ def draw_shapes(groups: Groups, notes: list[Note]) -> dict[tuple[Heading, Headin
         if not designs:
             continue
         top = max(float(trial.row["return"]) for trial, _ in designs.values())
-        points = np.vstack([fold.best.coords for _, fold in designs.values()])
-        studio = Studio(points, _target([trial for trial, _ in designs.values()], notes), SIZE, trim=True)
+        points = np.vstack([_standing(fold, fold.best) for _, fold in designs.values()])
+        target = _target([trial for trial, _ in designs.values()], notes)
+        if target is not None:  # it stands as the designs that are to fold into it
+            upright = next(iter(designs.values()))[1].upright
+            target = TargetSurface(target.vertices @ upright.T, target.faces)
+        studio = Studio(points, target, SIZE, trim=True)
         for row, (trial, fold) in designs.items():
-            image = studio.picture(sheet_of(fold), fold.best.coords)
+            image = studio.picture(sheet_of(fold), _standing(fold, fold.best))
             found[row, column] = Shape(trial, fold, image, float(trial.row["return"]) >= top - _SAME)
     return found
 
@@ -94,7 +99,7 @@ def draw_motion(row: Heading, shape: Shape, notes: list[Note]) -> Motion:
     chosen = sorted({round(index) for index in np.linspace(0, len(forms) - 1, MOTION_STEPS)})
     forms = tuple(forms[index] for index in chosen)
     target = _target([shape.trial], [])
-    studio = Studio(np.vstack([form.coords for form in forms]), target, SIZE, trim=True)
+    studio = Studio(np.vstack([form.coords for form in forms]), target, SIZE, trim=True, upright=fold.upright)
     sheet = sheet_of(fold)
     angles = (form.driving_angle for form in forms)
     return Motion(
@@ -103,6 +108,12 @@ def draw_motion(row: Heading, shape: Shape, notes: list[Note]) -> Motion:
         tuple(studio.picture(sheet, form.coords) for form in forms),
         tuple(None if angle is None else float(np.degrees(angle)) for angle in angles),
     )
+
+
+def _standing(fold: FoldFile, form: FoldFrame) -> NDArray[np.float64]:
+    """(V, 3) the folded sheet as it is used, each design in its own way."""
+    turned: NDArray[np.float64] = form.coords @ fold.upright.T
+    return turned
 
 
 def _read(trial: Trial, names: Iterable[str], notes: list[Note], without: str) -> FoldFile | None:
