@@ -15,7 +15,7 @@ from origami_lab.search.checks import check_whole
 from origami_lab.search.draws import Draws
 from origami_lab.search.problem import Positions, Problem
 
-_SHORTEST = 1000
+_SHORTEST = 100
 """Interactions of a tree at least: much shorter ones do not come to the end of an episode on large boards."""
 _DEPTH = 64
 """Depth that a tree has room for at first."""
@@ -31,7 +31,7 @@ class TreeSearch:
     children
         Children looked at per node.
     restarts
-        Searches that share the budget, fewer where they would be shorter than 1,000 interactions; a tree that is
+        Searches that share the budget, fewer where they would be shorter than 100 interactions; a tree that is
         exhausted early starts anew, too. The paper's number is 10; 200 shorter searches lose less to a bad first
         decision (docs/how-it-works.md has the comparison).
     """
