@@ -17,6 +17,7 @@ from pathlib import Path
 import origami_lab
 from origami_lab.commands import COMMANDS
 from origami_lab.errors import EXIT_FAILED, EXIT_INPUT, EXIT_INTERRUPTED, InputError, one_line, shorten
+from origami_lab.experiment.interrupts import process_interrupts
 
 FLAGS_WITH_VALUE = (
     *("--config-path", "-cp", "--config-name", "-cn", "--config-dir", "-cd"),
@@ -37,10 +38,21 @@ FLAGS = (
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; returns the exit code."""
-    arguments = list(sys.argv[1:] if arguments is None else arguments)
+    """Run the command; returns the exit code.
+
+    Without ``arguments`` it is the process that ``origami-lab`` names: what ends it ends with exit code 130.
+    """
+    if arguments is not None:
+        return _run(list(arguments))
+    with process_interrupts():
+        return _run(sys.argv[1:])
+
+
+def _run(arguments: list[str]) -> int:
     try:
         return _dispatch(arguments)
+    except SystemExit as ended:  # argparse's: --help, or it has said what is wrong
+        return ended.code if isinstance(ended.code, int) else EXIT_INPUT if ended.code else 0
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return EXIT_INTERRUPTED

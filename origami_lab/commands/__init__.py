@@ -1,3 +1,23 @@
 """The subcommands, one module each with ``main(arguments) -> exit code``; imported when called, to start fast."""
 
+from __future__ import annotations
+
+from origami_lab.errors import InputError
+
 COMMANDS = ("dashboard", "doctor", "export", "report", "verify")
+
+
+def number(option: str, text: str | None) -> float | None:
+    """What was given for an option as a number; whether it is a sane one is not asked here.
+
+    Raises
+    ------
+    InputError
+        If it is none. argparse would say so in three lines.
+    """
+    if text is None:
+        return None
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(option, text, "must be a number") from None

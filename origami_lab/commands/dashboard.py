@@ -21,10 +21,7 @@ def main(arguments: Sequence[str]) -> int:
         metavar="DIR",
         help="push what the store does not have yet of all runs at or below DIR, and serve nothing",
     )
-    try:
-        options = parser.parse_args(arguments)
-    except SystemExit as ended:
-        return int(ended.code or 0)
+    options = parser.parse_args(arguments)
     if options.sync:
         return _sync([Path(name) for name in options.sync], options.uri)
     from origami_lab.experiment.dashboard import check_port, find_store, serve_dashboard

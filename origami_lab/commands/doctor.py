@@ -16,10 +16,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("directory", nargs="?", default=".", help="where experiments are to run (default: here)")
     parser.add_argument("--uri", help="the MLflow store of tracking.uri (default: results/mlflow.db)")
     parser.add_argument("--json", action="store_true", help="for machines")
-    try:
-        options = parser.parse_args(arguments)
-    except SystemExit as ended:
-        return int(ended.code or 0)
+    options = parser.parse_args(arguments)
     from origami_lab.experiment.doctor import PROBLEM, as_json, examine
 
     checks = examine(Path(options.directory), options.uri)

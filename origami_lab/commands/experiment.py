@@ -66,8 +66,6 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
         stack.enter_context(working_directory_importable())
         try:
             hydra.main(config_path=str(config_dir()), config_name=CONFIG_NAME, version_base="1.3")(task)()
-        except SystemExit as ended:  # argparse, --help and the like
-            return ended.code if isinstance(ended.code, int) else 0 if ended.code is None else EXIT_INPUT
         except RefusedJobs as refused:
             raise explain(refused.error, overrides, known_keys) or refused.error from None
         except Exception as error:

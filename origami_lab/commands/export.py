@@ -6,7 +6,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from origami_lab.errors import InputError
+from origami_lab.commands import number
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -35,20 +35,17 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--sheet", metavar="SIZE", help="what to cut from: A4, A3 or WIDTHxHEIGHT in mm (default: A4)")
     parser.add_argument("--margin", metavar="MM", help="what stays free at each side of it (default: 10)")
     parser.add_argument("--palette", metavar="NAME", help="colours of a DXF: simulator (default), oripa")
-    try:
-        options = parser.parse_args(arguments)
-    except SystemExit as ended:
-        return int(ended.code or 0)
+    options = parser.parse_args(arguments)
     done = export_design(
         options.file,
         options.to,
         options.output,
-        angle=_number("angle", options.angle),
+        angle=number("angle", options.angle),
         target=options.target,
-        thickness=_number("thickness", options.thickness),
-        cell=_number("cell", options.cell),
+        thickness=number("thickness", options.thickness),
+        cell=number("cell", options.cell),
         sheet=options.sheet,
-        margin=_number("margin", options.margin),
+        margin=number("margin", options.margin),
         palette=options.palette,
     )
     for note in done.notes:
@@ -56,13 +53,3 @@ def main(arguments: Sequence[str]) -> int:
     for file in done.files:
         print(file)
     return 0
-
-
-def _number(name: str, text: str | None) -> float | None:
-    """A number; whether it is a sane one is not asked here."""
-    if text is None:
-        return None
-    try:
-        return float(text)
-    except ValueError:
-        raise InputError(name, text, "must be a number") from None

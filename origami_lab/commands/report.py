@@ -8,6 +8,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from origami_lab.commands import number
 from origami_lab.errors import InputError
 
 
@@ -31,10 +32,10 @@ def main(arguments: Sequence[str]) -> int:
         metavar="RETURN",
         help="the return at which a trial counts as solved (default: within 1 %% or 0.001 of the task's best)",
     )
-    try:
-        options = parser.parse_args(arguments)
-    except SystemExit as ended:
-        return int(ended.code or 0)
+    options = parser.parse_args(arguments)
+    solved = number("--solved", options.solved)
+    if solved is not None and not math.isfinite(solved):
+        raise InputError("--solved", options.solved, "must be a return, a number")
     from origami_lab.report.beside import read_beside
     from origami_lab.report.build import build_report
 
@@ -42,20 +43,10 @@ def main(arguments: Sequence[str]) -> int:
         [Path(name) for name in options.directories],
         None if options.output is None else Path(options.output),
         None if options.beside is None else read_beside(options.beside),
-        None if options.solved is None else _number(options.solved),
+        solved,
         lambda line: print(line, flush=True),
     )
     for note in report.notes:
         print(f"note: {note.shown()}", file=sys.stderr)
     print(report)
     return 0
-
-
-def _number(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError("--solved", text, "must be a return, a number")
-    return value

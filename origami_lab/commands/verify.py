@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from origami_lab.commands import number
 from origami_lab.errors import InputError
 
 
@@ -17,16 +18,11 @@ def main(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser("origami-lab verify", description=description, epilog=epilog)
     parser.add_argument("file", help="a FOLD file with folded states or fold angles, ours or any program's")
     parser.add_argument("--json", metavar="FILE", help="write the certificate as JSON; - writes it to standard output")
-    parser.add_argument(
-        "--thickness", type=float, default=0.0, help="distance that panels must keep, in the file's units"
-    )
-    try:
-        options = parser.parse_args(arguments)
-    except SystemExit as ended:
-        return int(ended.code or 0)
+    parser.add_argument("--thickness", help="distance that panels must keep, in the file's units")
+    options = parser.parse_args(arguments)
     from origami_lab.verification.checking import verify
 
-    certificate = verify(Path(options.file), options.thickness)
+    certificate = verify(Path(options.file), number("--thickness", options.thickness) or 0.0)
     if options.json == "-":
         sys.stdout.write(certificate.json_text())
         return certificate.exit_code

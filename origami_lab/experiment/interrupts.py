@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import atexit
+import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
-from multiprocessing import resource_tracker
+from contextlib import contextmanager, suppress
 from types import FrameType, TracebackType
 from typing import Any
+
+from origami_lab.errors import EXIT_INTERRUPTED
 
 NUMBERS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 SAME_SECONDS = 0.3
@@ -53,6 +57,40 @@ class Interrupts:
             raise KeyboardInterrupt
 
 
+@contextmanager
+def process_interrupts() -> Iterator[None]:
+    """Around all that a process does: SIGTERM and SIGHUP are Ctrl-C; once all is done each of them ends it at once.
+
+    The interpreter takes its time to end; a signal meanwhile would be reported as a death by it. Signals that are
+    ignored or handled already stay so.
+    """
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    def leave(number: int, frame: FrameType | None) -> None:
+        os._exit(EXIT_INTERRUPTED)
+
+    def deafen() -> None:
+        for number in NUMBERS:
+            signal.signal(number, signal.SIG_IGN)
+
+    # the last thing before the interpreter takes its handlers away
+    atexit.register(deafen)
+    ours = [number for number in NUMBERS if signal.getsignal(number) is signal.SIG_DFL]
+    for number in ours:
+        signal.signal(number, interrupt)
+    try:
+        yield
+    finally:
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError, ValueError):  # its reader left
+                stream.flush()
+        for number in NUMBERS:
+            if signal.getsignal(number) is not signal.SIG_IGN:
+                signal.signal(number, leave)
+
+
 def ignore_interrupts() -> None:
     """In a worker: none of them does anything, but programs that it starts hear them."""
     for number in NUMBERS:
@@ -67,6 +105,8 @@ def blocked_interrupts() -> Iterator[None]:
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
+    from multiprocessing import resource_tracker
+
     # started by the first process otherwise, which would unblock the signals on the way
     resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, NUMBERS)

@@ -27,7 +27,6 @@ from origami_lab.experiment.settings import Node, Settings, fit_workers
 from origami_lab.experiment.tracking import PATIENCE_SECONDS, Tracker, check_tracking, make_tracker
 from origami_lab.experiment.trial import Progress
 from origami_lab.experiment.worker import Failed, Finished
-from origami_lab.game.seeding import saved_start
 from origami_lab.reporting.tables import FAILED, Row, best_row, spent_budget, spreads
 
 if TYPE_CHECKING:
@@ -80,7 +79,9 @@ def run_experiment(settings: Settings, console: Console, command: Sequence[str] 
     settings = fit_workers(settings)
     check_tracking(settings)
     with Interrupts() as interrupts, Pool(settings) as pool:
-        # the workers import while the parent checks its input
+        # the workers import while the parent imports and checks its input
+        from origami_lab.game.seeding import saved_start
+
         parts = build_parts(settings)
         with RunFolder.opened(settings) as folder:
             resumed = folder.has_begun

@@ -19,7 +19,7 @@ from origami_lab.experiment.folder import FolderError, RunFolder
 from origami_lab.experiment.interrupts import ignore_interrupts
 from origami_lab.experiment.settings import Settings
 from origami_lab.experiment.trial import Progress, run_trial
-from origami_lab.experiment.watch import Calls, watched
+from origami_lab.experiment.watch import Calls
 
 STOP_CHECK_SECONDS = 0.1
 
@@ -115,6 +115,8 @@ def _leave_with_parent() -> None:
 
 
 def _build(settings: Settings, calls: Calls) -> Parts:
+    from origami_lab.experiment.watched import watched  # here: the parent does not need the game that it imports
+
     parts = build_parts(settings)
     return replace(parts, objective=watched(parts.objective, calls))
 

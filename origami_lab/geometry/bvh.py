@@ -133,7 +133,8 @@ def build_bvh(triangles: NDArray[np.float64]) -> Bvh:
 
 
 @inlined
-def _box_squared(boxes: NDArray[np.float64], node: int, x: float, y: float, z: float) -> float:
+def box_squared(boxes: NDArray[np.float64], node: int, x: float, y: float, z: float) -> float:
+    """Squared distance from (x, y, z) to the box of a node; 0 inside."""
     return point_box_squared(
         x,
         y,
@@ -186,8 +187,8 @@ def nearest_triangle(bvh: Bvh, x: float, y: float, z: float, enough_sq: float, s
     while True:
         descend = False
         if level < depth:
-            left = _box_squared(boxes, 2 * node, x, y, z)
-            right = _box_squared(boxes, 2 * node + 1, x, y, z)
+            left = box_squared(boxes, 2 * node, x, y, z)
+            right = box_squared(boxes, 2 * node + 1, x, y, z)
             if min(left, right) < best:
                 done <<= 1
                 if max(left, right) >= best:
@@ -214,7 +215,7 @@ def nearest_triangle(bvh: Bvh, x: float, y: float, z: float, enough_sq: float, s
             else:
                 done |= 1
                 node ^= 1
-                descend = _box_squared(boxes, node, x, y, z) < best
+                descend = box_squared(boxes, node, x, y, z) < best
 
 
 @kernel
@@ -282,7 +283,7 @@ def inside(bvh: Bvh, x: float, y: float, z: float) -> bool:
     """
     boxes = bvh.boxes
     triangles = bvh.triangles
-    if _box_squared(boxes, 1, x, y, z) > 0.0:
+    if box_squared(boxes, 1, x, y, z) > 0.0:
         return False
     count = triangles.shape[0]
     depth = 0

@@ -17,17 +17,21 @@ def areas(triangles: Array) -> Array:
     return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
 
 
+def surface_draws(count: int, rng: np.random.Generator) -> Array:
+    """(count, 3) numbers in [0, 1) that choose points of a surface: a share of its area, and where in that triangle."""
+    return np.column_stack((rng.random(count), np.sqrt(rng.random(count)), rng.random(count)))
+
+
 def sample_triangles(triangles: Array, count: int, rng: np.random.Generator) -> Array:
     """``count`` points (count, 3), uniform by area on (F, 3, 3) triangles of positive total area.
 
     This is the paper's sampling of a surface (10,000 points).
     """
+    share, root, along = surface_draws(count, rng).T[:, :, None]
     a, b, c = np.moveaxis(triangles, 1, 0)
     cumulative = np.cumsum(areas(triangles))
-    chosen = np.searchsorted(cumulative, rng.random(count) * cumulative[-1], side="right")
+    chosen = np.searchsorted(cumulative, share[:, 0] * cumulative[-1], side="right")
     chosen = np.minimum(chosen, len(triangles) - 1)  # rounding may reach the last sum
-    root = np.sqrt(rng.random((count, 1)))
-    along = rng.random((count, 1))
     return np.asarray((1.0 - root) * a[chosen] + root * (1.0 - along) * b[chosen] + root * along * c[chosen])
 
 

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from origami_lab.game.collisions import place_corner
 from origami_lab.game.state import Record, States, has_image, image_code
-from origami_lab.geometry.bvh import Bvh, build_bvh, inside, nearest_squared, triangle_squared
+from origami_lab.geometry.bvh import Bvh, inside, nearest_squared, triangle_squared
+from origami_lab.geometry.sampled import Sampled, nearest_sample_squared, sample_surface
 from origami_lab.jit import inlined, kernel
 
 Array = NDArray[np.float64]
@@ -31,6 +32,8 @@ class Surface(NamedTuple):
     Attributes
     ----------
     bvh
+        What distances are measured to: its triangles, or points drawn on them.
+    hull
         Its triangles.
     solid
         Vertices inside the closed target do not stray.
@@ -41,6 +44,7 @@ class Surface(NamedTuple):
     """
 
     bvh: Bvh
+    hull: Bvh
     solid: bool
     images: bool
     compactness: float
@@ -77,7 +81,7 @@ def stray(s: Record, r: Record, memo: Record, target: Surface, enough: float) ->
                 place_corner(s, r, 8 * v + g, k, corner, 0)
                 x, y, z = corner[0, 0], corner[0, 1], corner[0, 2]
                 squared = nearest_squared(target.bvh, x, y, z, so_far * so_far, enough * enough)
-                if squared > so_far * so_far and not (target.solid and inside(target.bvh, x, y, z)):
+                if squared > so_far * so_far and not (target.solid and inside(target.hull, x, y, z)):
                     memo.stray[k] = np.sqrt(squared)
     memo.measured = s.n_vertices
     best = np.inf
@@ -103,8 +107,17 @@ def vertex_stray(s: Record, r: Record, v: int, k: int, target: Surface, start: f
         place_corner(s, r, 8 * v + g, k, corner, 0)
         x, y, z = corner[0, 0], corner[0, 1], corner[0, 2]
         squared = nearest_squared(target.bvh, x, y, z, farthest * farthest, enough * enough)
-        if squared > farthest * farthest and not (target.solid and inside(target.bvh, x, y, z)):
+        if squared > farthest * farthest and not (target.solid and inside(target.hull, x, y, z)):
             farthest = np.sqrt(squared)
+    return farthest
+
+
+@kernel
+def stray_at(states: States, i: int, rules: States, k: int, target: Surface) -> float:
+    """d→ of one of several states at driving angle k."""
+    farthest = 0.0
+    for v in range(states[i].n_vertices):
+        farthest = vertex_stray(states[i], rules[0], v, k, target, farthest, np.inf)
     return farthest
 
 
@@ -134,8 +147,8 @@ def folded_triangles_of(states: States, i: int, rules: States, k: int) -> Array:
 
 
 @kernel
-def uncovered(samples: Bvh, surface: Bvh, start: float, enough: float, hint: NDArray[np.int64]) -> float:
-    """max(start, the largest distance from a sample of the target to the folded surface).
+def uncovered(samples: Bvh, sheet: Sampled, start: float, enough: float, hint: NDArray[np.int64]) -> float:
+    """max(start, the largest distance from a sample of the target to the folded sheet or the points drawn on it).
 
     Distance is 1-Lipschitz, so a box of samples is at most d(centre) + half its diagonal away. Returns a value of at
     least ``enough`` as soon as one is found.
@@ -155,7 +168,7 @@ def uncovered(samples: Bvh, surface: Bvh, start: float, enough: float, hint: NDA
     best = start
     i = hint[0]
     cap = enough * enough
-    d = np.sqrt(nearest_squared(surface, points[i, 0, 0], points[i, 0, 1], points[i, 0, 2], best * best, cap))
+    d = np.sqrt(nearest_sample_squared(sheet, points[i, 0, 0], points[i, 0, 1], points[i, 0, 2], best * best, cap))
     best = max(best, d)
     stack = np.empty(64, np.int64)
     levels = np.empty(64, np.int64)
@@ -168,7 +181,7 @@ def uncovered(samples: Bvh, surface: Bvh, start: float, enough: float, hint: NDA
             position = node - (1 << level)
             for i in range((count * position) >> level, (count * (position + 1)) >> level):
                 d = np.sqrt(
-                    nearest_squared(surface, points[i, 0, 0], points[i, 0, 1], points[i, 0, 2], best * best, cap)
+                    nearest_sample_squared(sheet, points[i, 0, 0], points[i, 0, 1], points[i, 0, 2], best * best, cap)
                 )
                 if d > best:
                     best = d
@@ -183,8 +196,8 @@ def uncovered(samples: Bvh, surface: Bvh, start: float, enough: float, hint: NDA
             radius = np.sqrt(hx * hx + hy * hy + hz * hz)
             limit = max(0.0, best - radius)
             d = np.sqrt(
-                nearest_squared(
-                    surface, boxes[child, 0] + hx, boxes[child, 1] + hy, boxes[child, 2] + hz, limit * limit, np.inf
+                nearest_sample_squared(
+                    sheet, boxes[child, 0] + hx, boxes[child, 1] + hy, boxes[child, 2] + hz, limit * limit, np.inf
                 )
             )
             if d + radius <= best:
@@ -206,9 +219,9 @@ def uncovered(samples: Bvh, surface: Bvh, start: float, enough: float, hint: NDA
 
 @kernel
 def uncovered_at(
-    s: Record, r: Record, k: int, samples: Bvh, start: float, enough: float, hint: NDArray[np.int64]
+    s: Record, r: Record, k: int, samples: Bvh, draws: Array, start: float, enough: float, hint: NDArray[np.int64]
 ) -> float:
-    """:func:`uncovered` by the sheet folded to driving angle k."""
+    """:func:`uncovered` by the sheet folded to driving angle k, or the points of it that the draws choose."""
     triangles = folded_triangles(s, r, k)
     if enough < np.inf:
         # most angles fall at the sample that decided last, and without it the tree need not be built
@@ -220,7 +233,7 @@ def uncovered_at(
                 break
         else:
             return enough
-    return uncovered(samples, build_bvh(triangles), start, enough, hint)
+    return uncovered(samples, sample_surface(triangles, draws), start, enough, hint)
 
 
 @kernel
@@ -230,6 +243,7 @@ def vertex_distance(
     rules: States,
     memos: States,
     samples: Bvh,
+    draws: Array,
     enough: float,
     hint: NDArray[np.int64],
 ) -> tuple[float, int]:
@@ -253,7 +267,7 @@ def vertex_distance(
         tried[k] = True
         # compared without the penalty first: adding it again may round a refused distance below the best
         limit = best - memo.penalty[k]
-        d = uncovered_at(s, r, k, samples, memo.stray[k], limit, hint)
+        d = uncovered_at(s, r, k, samples, draws, memo.stray[k], limit, hint)
         if d < limit and d + memo.penalty[k] < best:
             best, angle = d + memo.penalty[k], k
     return (best, angle) if angle >= 0 else (np.inf, -1)
@@ -267,6 +281,7 @@ def least_distance(
     memos: States,
     target: Surface,
     samples: Bvh,
+    draws: Array,
     hint: NDArray[np.int64],
 ) -> float:
     """The smallest max(d→, d←) over the usable angles, infinite if there is none; compactness is left out.
@@ -292,5 +307,5 @@ def least_distance(
             ahead[k] -= 1
             known[k] = vertex_stray(s, r, ahead[k], k, target, least, best)
         else:
-            best = min(best, uncovered_at(s, r, k, samples, least, best, hint))
+            best = min(best, uncovered_at(s, r, k, samples, draws, least, best, hint))
             known[k] = np.inf

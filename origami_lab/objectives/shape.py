@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import Literal, get_args
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,13 +26,15 @@ from origami_lab.game.pattern import CreasePattern
 from origami_lab.game.state import States
 from origami_lab.geometry.bvh import Bvh, build_bvh
 from origami_lab.geometry.hausdorff import directed_distance
-from origami_lab.geometry.sampling import sample_triangles
+from origami_lab.geometry.sampled import sample_surface
+from origami_lab.geometry.sampling import surface_draws
 from origami_lab.objectives.base import NO_SCORE, Memos, Score, checked_number
 from origami_lab.objectives.coverage import (
     Surface,
     folded_triangles_of,
     least_distance,
     memo_dtype,
+    stray_at,
     stray_of,
     uncovered,
     vertex_distance,
@@ -94,9 +96,15 @@ class ShapeObjective:
         return _point_tree(points)
 
     @cached_property
-    def random_samples(self) -> NDArray[np.float64]:
-        """(n, 3) random samples of the target for ``sampled``."""
-        return self.target.sampled_points(self.samples, self.sample_seed)
+    def random_cover(self) -> Bvh:
+        """Tree over the target's random samples for ``sampled``."""
+        return _point_tree(self.target.sampled_points(self.samples, self.sample_seed))
+
+    @cached_property
+    def draws(self) -> NDArray[np.float64]:
+        """(n, 3) what chooses the random samples of a folded sheet for ``sampled``."""
+        draws = surface_draws(self.samples, np.random.default_rng(self.sample_seed))
+        return draws[np.argsort(draws[:, 0], kind="stable")]
 
     def bind(self, game: Game) -> ShapeEvaluator:
         """The evaluator of this objective in a game."""
@@ -117,19 +125,44 @@ class ShapeObjective:
         return {f"return_{name}": -evaluator.measure(states, 0, angle, name) for name in get_args(Distance)}
 
 
+class _Yardstick(NamedTuple):
+    """What ``vertex`` or ``sampled`` measures with.
+
+    Attributes
+    ----------
+    target
+        What the vertices stray from.
+    cover
+        Tree over the samples of the target that are to be covered.
+    draws
+        (n, 3) what chooses the points of the folded sheet that cover; none: all of it covers.
+    """
+
+    target: Surface
+    cover: Bvh
+    draws: NDArray[np.float64]
+
+
 class ShapeEvaluator:
     """The shape objective in one game."""
 
     def __init__(self, objective: ShapeObjective, game: Game) -> None:
-        self._objective, self._rules = objective, game.rules
-        symmetric = objective.target.has_symmetry(game.symmetry)
-        self.compiled_bound = Surface(
-            objective.target.bvh, bool(objective.target.closed), not symmetric, objective.compactness
-        )
+        self._objective, self._game, self._rules = objective, game, game.rules
+        self._yardstick = self._made_yardstick("sampled" if objective.distance == "sampled" else "vertex")
+        self.compiled_bound = self._yardstick.target
         self._dtype = memo_dtype(len(game.angles))
         self._first = game.first_angle
-        self._cover = objective.cover if not symmetric else _playable_part(objective.cover, game)
         self._hint = np.zeros(1, dtype=np.int64)
+
+    def _made_yardstick(self, distance: Literal["vertex", "sampled"]) -> _Yardstick:
+        objective, target = self._objective, self._objective.target
+        solid, weight = bool(target.closed), objective.compactness
+        if distance == "sampled":  # random samples have no symmetry
+            cover = objective.random_cover
+            return _Yardstick(Surface(cover, target.bvh, solid, True, weight), cover, objective.draws)
+        symmetric = target.has_symmetry(self._game.symmetry)
+        cover = _playable_part(objective.cover, self._game) if symmetric else objective.cover
+        return _Yardstick(Surface(target.bvh, target.bvh, solid, not symmetric, weight), cover, np.empty((0, 3)))
 
     def new_memos(self, count: int) -> Memos:
         return np.zeros(count, dtype=self._dtype)
@@ -140,7 +173,7 @@ class ShapeEvaluator:
     def bound(self, states: States, memos: Memos, i: int, above: float = -math.inf) -> float:
         """−min over the angles of d→ of the vertices and the compactness penalty: they never move once placed.
 
-        No distance is smaller: ``surface`` has more points that stray, and samples are farther than their surface.
+        Under ``surface`` more points stray, so it is a bound there, too.
         """
         return -float(stray_of(states, i, self._rules, memos, self.compiled_bound, -above))
 
@@ -148,17 +181,18 @@ class ShapeEvaluator:
         bound = self.bound(states, memos, i, above)
         if not bound > above:
             return NO_SCORE
-        if self._objective.distance == "vertex":
-            value, angle = vertex_distance(states, i, self._rules, memos, self._cover, -above, self._hint)
-            return Score(-value, angle)
-        return self._score_by_measuring(states, i, memos["stray"][i], memos["penalty"][i], above)
+        if self._objective.distance == "surface":
+            return self._score_by_measuring(states, i, memos["stray"][i], memos["penalty"][i], above)
+        _, cover, draws = self._yardstick
+        value, angle = vertex_distance(states, i, self._rules, memos, cover, draws, -above, self._hint)
+        return Score(-value, angle)
 
     def exact_value(self, states: States, memos: Memos, i: int) -> float:
         """The value of :meth:`score`, whatever it is; cheaper, as the angle is not asked for. Memos are only read."""
-        if self._objective.distance == "vertex" and self._objective.compactness == 0.0:
-            target = self.compiled_bound
-            return -float(least_distance(states, i, self._rules, memos, target, self._cover, self._hint))
-        return self.score(states, memos.copy(), i).value
+        if self._objective.distance == "surface" or self._objective.compactness > 0.0:
+            return self.score(states, memos.copy(), i).value
+        target, cover, draws = self._yardstick
+        return -float(least_distance(states, i, self._rules, memos, target, cover, draws, self._hint))
 
     def _score_by_measuring(
         self, states: States, i: int, stray: NDArray[np.float64], penalty: NDArray[np.float64], above: float
@@ -180,34 +214,13 @@ class ShapeEvaluator:
         triangles = folded_triangles_of(states, i, self._rules, angle)
         if not len(triangles):
             return math.inf
-        if distance == "sampled":
-            return self._sampled(triangles)
-        surface = build_bvh(triangles)
-        target, solid = self.compiled_bound.bvh, self.compiled_bound.solid
         if distance == "surface":
-            tolerance = self._objective.tolerance
-            strays = directed_distance(triangles, target, tolerance, solid=solid)
-            return directed_distance(self._objective.target.triangles, surface, tolerance, solid=False, start=strays)
-        corners = np.repeat(triangles.reshape(-1, 1, 3), 3, axis=1)
-        strays = directed_distance(corners, target, 1e-9, solid=solid)
-        return float(uncovered(self._cover, surface, strays, math.inf, self._hint))
-
-    def _sampled(self, triangles: NDArray[np.float64]) -> float:
-        from scipy.spatial import cKDTree  # here: a good part of the start-up, for one of three distances
-
-        objective = self._objective
-        samples = objective.random_samples
-        vertices = np.unique(triangles.reshape(-1, 3), axis=0)
-        if self.compiled_bound.solid:
-            points = np.repeat(vertices[:, None, :], 3, axis=1)
-            outside = [
-                directed_distance(point[None], self.compiled_bound.bvh, 1e-9, solid=True) > 0 for point in points
-            ]
-            vertices = vertices[np.array(outside)]
-        strays = float(np.max(cKDTree(samples).query(vertices)[0], initial=0.0))
-        rng = np.random.default_rng(objective.sample_seed)
-        folded = sample_triangles(triangles, objective.samples, rng)
-        return max(strays, float(np.max(cKDTree(folded).query(samples)[0])))
+            tolerance, shape = self._objective.tolerance, self._objective.target
+            strays = directed_distance(triangles, shape.bvh, tolerance, solid=bool(shape.closed))
+            return directed_distance(shape.triangles, build_bvh(triangles), tolerance, solid=False, start=strays)
+        target, cover, draws = self._made_yardstick(distance)
+        strays = stray_at(states, i, self._rules, angle, target)
+        return float(uncovered(cover, sample_surface(triangles, draws), strays, math.inf, np.zeros(1, np.int64)))
 
 
 def _point_tree(points: NDArray[np.float64]) -> Bvh:

@@ -14,7 +14,8 @@ import pytest
 
 from origami_lab.errors import InputError
 from origami_lab.experiment.interrupts import Interrupts
-from origami_lab.experiment.watch import CallLimit, Calls, watched
+from origami_lab.experiment.watch import CallLimit, Calls
+from origami_lab.experiment.watched import watched
 from origami_lab.game.game import Game
 from origami_lab.game.starts import Square
 from origami_lab.objectives.base import Objective, Score, bind
