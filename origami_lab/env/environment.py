@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from operator import index
 from typing import Any
 
 import gymnasium
@@ -94,10 +95,12 @@ class RigidOrigamiEnv(gymnasium.Env[NDArray[Any], np.int64]):
         ------
         gymnasium.error.ResetNeeded
             Before the first episode, and after the end of one.
+        TypeError
+            For an action that is no whole number.
         """
         if not self._episodes.masks.any():
             raise ResetNeeded("the episode has ended or has not begun: call reset() before step()")
-        reward, ended = self._episodes.step(0, int(action))
+        reward, ended = self._episodes.step(0, index(action))
         return seen(self._episodes, 0), reward, ended, False, ending(self._episodes, 0) if ended else {}
 
     def action_masks(self) -> NDArray[np.bool_]:

@@ -112,12 +112,14 @@ class RigidOrigamiVectorEnv(VectorEnv[NDArray[Any], NDArray[np.int64], NDArray[A
         Raises
         ------
         ValueError
-            If there is not one action for each game; none is played then.
+            If there is not one action for each game, a whole number; none is played then.
         gymnasium.error.ResetNeeded
             If a game has not begun, or has ended and nothing begins it anew (``Disabled``); none is played then.
         """
         if np.shape(actions) != (self.num_envs,):
             raise ValueError(f"must be {self.num_envs} actions, one for each game; the shape is {np.shape(actions)}")
+        if np.asarray(actions).dtype.kind not in "iu":
+            raise ValueError(f"actions must be whole numbers, not {np.asarray(actions).dtype}")
         episodes, before = self._episodes, self._ended
         idle = ~episodes.masks.any(axis=1)
         if self.autoreset_mode == AutoresetMode.NEXT_STEP:

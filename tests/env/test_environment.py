@@ -121,6 +121,17 @@ def test_an_action_that_there_is_none_of_is_illegal() -> None:
         assert reward == env.game.penalty
 
 
+def test_an_action_that_is_no_whole_number_is_refused() -> None:
+    env, vector = RigidOrigamiEnv(**parts()), RigidOrigamiVectorEnv(2, **parts())
+    env.reset()
+    vector.reset()
+    with pytest.raises(TypeError):
+        env.step(1.5)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="whole numbers, not float64"):
+        vector.step(np.array([0.0, 1.5]))
+    assert env.problem.interactions == vector.problem.interactions == 0
+
+
 def test_a_step_needs_an_episode() -> None:
     env = RigidOrigamiEnv(**parts())
     with pytest.raises(ResetNeeded, match="reset"):
