@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from origami_lab.errors import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK, InputError
 from origami_lab.experiment.folder import RunFolder
 from origami_lab.experiment.locate import locate
-from origami_lab.reporting.tables import COLUMNS, FAILED, INTEGERS, NO_DESIGN, Row, best_row, spreads
+from origami_lab.reporting.tables import COLUMNS, FAILED, INTEGERS, NO_DESIGN, TEXTS, Row, best_row, spreads
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -45,7 +45,7 @@ class Result:
         """trials.csv: one row a seed, which is the index. Counts are Int64, figures float64 (NaN: no value)."""
         import pandas as pd
 
-        kinds = {name: "Int64" if name in INTEGERS else "float64" for name in COLUMNS} | {"status": "string"}
+        kinds = {name: "Int64" if name in INTEGERS else "float64" for name in COLUMNS} | dict.fromkeys(TEXTS, "string")
         table = pd.DataFrame(list(self._rows.values()), columns=list(COLUMNS)).astype(kinds)
         return table.astype({"seed": "int64"}).set_index("seed")
 

@@ -123,6 +123,7 @@ def _row(
         "status": STOPPED if stopped else OK if outcome.succeeded else NO_DESIGN,
         "episodes": int(outcome.episodes),
         "rejected": int(outcome.rejected),
+        "certificate": None,
     }
 
 

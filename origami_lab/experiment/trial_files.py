@@ -6,6 +6,7 @@ import csv
 import json
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +27,9 @@ SPARE_BYTES = 2**20
 """If this much more than what was written of a picture fits, it was not the disk that the picture failed for."""
 
 
+CERTIFICATE = "certificate.json"
+
+
 def write_files(
     path: Path,
     folder: RunFolder,
@@ -35,15 +39,23 @@ def write_files(
     design: CreasePattern,
     row: dict[str, Any],
 ) -> list[str]:
+    """Write all files of a trial and note in its row what its certificate says.
+
+    Returns
+    -------
+    Warnings: pictures that could not be drawn, a design that is refuted.
+    """
     from origami_lab.export.fold import write_fold
 
     write_fold(path / "best.fold", design)
     _write_actions(path / "actions.json", settings, parts, outcome, row)
     _write_curve(path / "curve.csv", parts, outcome, row)
-    warnings = []
+    warnings: list[str] = []
     if settings.files == "all":
         write_fold(path / "motion.fold", _motion(parts, outcome, design))
-        warnings = _draw(path, folder)
+        if outcome.succeeded:
+            row["certificate"], warnings = _certify(path)
+        warnings += _draw(path, folder)
     (path / "result.json").write_text(json.dumps(row, indent=2) + "\n", encoding="utf-8")
     return warnings
 
@@ -88,12 +100,32 @@ def _write_curve(path: Path, parts: Parts, outcome: Outcome, row: dict[str, Any]
         writer.writerow((row["interactions"], row["return"], row["driving_angle"]))
 
 
+def _certify(path: Path) -> tuple[str | None, list[str]]:
+    """Verify what best.fold says and write the certificate beside it; its verdict, and warnings.
+
+    No time limit: how many states of the motion are solved for is bounded, so that the verdict does not depend on the
+    machine.
+    """
+    try:
+        from origami_lab.verification.certificate import REFUTED
+        from origami_lab.verification.checking import verify
+
+        certificate = replace(verify(path / "best.fold"), name="best.fold")
+        text = certificate.json_text()
+    except Exception as error:
+        return None, [f"no {CERTIFICATE}: {type(error).__name__}: {error}"]
+    (path / CERTIFICATE).write_text(text, encoding="utf-8")
+    refuted = certificate.verdict == REFUTED
+    return certificate.verdict, [f"its best design is refuted: {certificate.reason}"] if refuted else []
+
+
 def _draw(path: Path, folder: RunFolder) -> list[str]:
     """Draw the pictures. One that fails is a warning, the design is what counts; a full disk is an OSError."""
     warnings = []
     target_file = folder.path / "target.ply"
     try:
         from origami_lab.export.fold import read_fold
+        from origami_lab.reporting.exporting import export_design
         from origami_lab.reporting.pictures import draw_folded, draw_motion, draw_pattern, read_target
 
         fold, motion = read_fold(path / "best.fold"), read_fold(path / "motion.fold")
@@ -104,6 +136,8 @@ def _draw(path: Path, folder: RunFolder) -> list[str]:
         ("pattern.png", lambda file: draw_pattern(fold, file)),
         ("folded.png", lambda file: draw_folded(fold, file, target)),
         ("motion.gif", lambda file: draw_motion(motion, file, target)),
+        ("pattern.svg", lambda file: export_design(path, "svg", file)),
+        ("best.html", lambda file: export_design(path, "html", file, target=target)),
     )
     for name, draw in pictures:
         try:

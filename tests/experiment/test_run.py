@@ -27,7 +27,7 @@ pytestmark = pytest.mark.slow
 
 TRIAL_FILES = {
     *("best.fold", "motion.fold", "actions.json", "curve.csv", "result.json"),
-    *("pattern.png", "folded.png", "motion.gif"),
+    *("pattern.png", "folded.png", "motion.gif", "pattern.svg", "best.html", "certificate.json"),
 }
 OWN_OBJECTIVE = (
     *("--config-dir", str(Path(__file__).parent / "conf")),

@@ -14,6 +14,7 @@ from rich.console import Console
 from origami_lab.reporting.tables import (
     COLUMNS,
     INTEGERS,
+    TEXTS,
     best_row,
     format_trials,
     hint,
@@ -28,9 +29,10 @@ rows = st.lists(
         {
             name: st.integers(0, 10**9) if name in INTEGERS else st.none() | finite
             for name in COLUMNS
-            if name != "status"
+            if name not in TEXTS
         }
         | {"status": st.sampled_from(["ok", "stopped", "no design", 'failed: it said "no", twice'])}
+        | {"certificate": st.sampled_from([None, "certified", "refuted", "not certifiable"])}
     ),
     max_size=5,
     unique_by=lambda row: row["seed"],

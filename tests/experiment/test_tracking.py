@@ -55,6 +55,8 @@ def test_one_parent_and_a_child_for_each_seed_with_its_curve(tracked: Path) -> N
         assert child.data.params["board.size"] == "9"
         artifacts = {file.path for file in client.list_artifacts(child.info.run_id)}
         assert artifacts >= {"pattern.png", "folded.png", "motion.gif", "best.fold", "best.fold.json", "curve.csv"}
+        assert artifacts >= {"best.html", "pattern.svg", "certificate.json"}
+        assert child.data.tags["certificate"] == row["certificate"]
 
 
 def test_ten_seeds_are_one_experiment(tmp_path: Path) -> None:
