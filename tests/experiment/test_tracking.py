@@ -82,6 +82,12 @@ def test_the_parent_shows_the_summary(tracked: Path) -> None:
     assert parent.data.tags["task"] == "pyramid"
     artifacts = {file.path for file in client.list_artifacts(parent.info.run_id)}
     assert artifacts == {"config.yaml", "trials.csv", "summary.json", "best"}
+    best = {Path(file.path).name for file in client.list_artifacts(parent.info.run_id, "best")}
+    assert best == {"pattern.png", "folded.png", "motion.gif", "best.html", "pattern.svg", "certificate.json"}
+    certified = parent.data.metrics["designs_certified"]
+    assert certified == summary["certificates"]["certified"]
+    assert certified + sum(parent.data.metrics[f"designs_{name}"] for name in ("refuted", "not_certifiable")) == 3
+    assert parent.data.tags["certificate"] in summary["certificates"]
     # beside the store, so that the folder results/ is all there is to keep
     assert (tracked / "results/mlartifacts").is_dir()
     assert {file.name for file in tracked.iterdir()} == {"out", "results"}

@@ -46,5 +46,5 @@ def test_spoiled_files_are_judged_or_refused_in_one_line(tmp_path: Path) -> None
         assert found["memory"] < 2**30, line
     assert sum(codes.values()) == 2 * 200
     # all kinds of ends were met
-    assert min(codes["verify", code] for code in (0, 1, 2, 3)) >= 3, codes
+    assert min(codes["verify", code] for code in (0, 1, 2)) > 5, codes
     assert min(codes["export", code] for code in (0, 2)) >= 20, codes
