@@ -24,7 +24,7 @@ from origami_lab.reporting.tables import TIMINGS, read_trials
 ROOT = Path(__file__).parents[1]
 TRIAL_FILES = {
     *("best.fold", "motion.fold", "actions.json", "curve.csv", "result.json"),
-    *("pattern.png", "folded.png", "motion.gif"),
+    *("pattern.png", "folded.png", "motion.gif", "pattern.svg", "best.html", "certificate.json"),
 }
 FOLDER_FILES = {"config.yaml", "target.ply", "trials.csv", "summary.json", "tracking.json"}
 PATIENCE = 300.0

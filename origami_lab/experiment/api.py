@@ -66,10 +66,12 @@ def show_results(console: Console, settings: Settings, experiment: Experiment) -
         return
     from origami_lab.experiment.stores import how_to_look
     from origami_lab.experiment.tracking import store_of
-    from origami_lab.reporting.tables import hint, summary_table
+    from origami_lab.reporting.tables import certificate_lines, hint, summary_table
 
     title = f"{settings.task} · {settings.method} · {settings.budget:,} interactions a trial"
     console.print(summary_table(experiment.rows, title, console.width))
+    for line in certificate_lines(experiment.rows):
+        console.print(line, highlight=False, soft_wrap=True)
     if advice := hint(experiment.rows):
         console.print(advice, highlight=False, soft_wrap=True)
     if settings.tracking["kind"] == "mlflow":

@@ -40,8 +40,10 @@ from origami_lab.reporting.tables import (
     NO_DESIGN,
     OK,
     STOPPED,
+    VERDICTS,
     Row,
     best_row,
+    certificates,
     spreads,
 )
 
@@ -52,7 +54,8 @@ BATCH = 900
 """Metrics a call: MLflow's limit is 1000 items."""
 PARAMS = 100
 FOLDER_ARTIFACTS = ("config.yaml", "trials.csv", "summary.json")
-PICTURES = ("pattern.png", "folded.png", "motion.gif")
+OF_THE_BEST = ("pattern.png", "folded.png", "motion.gif", "best.html", "pattern.svg", "certificate.json")
+"""Files of the best trial that the parent has too."""
 KEY, CONTENT, PARENT = "run_key", "content", "mlflow.parentRunId"
 """Tags: which run folder a run belongs to, a digest of what was logged, and MLflow's own for a child's parent."""
 
@@ -224,6 +227,8 @@ class Runs:
         if path.is_dir() and not failed:
             metrics += self._curve(path / "curve.csv", ended)
         tag = [RunTag("status", status)]
+        if row.get("certificate"):
+            tag.append(RunTag("certificate", str(row["certificate"])))
         for first in range(0, max(len(metrics), 1), BATCH):
             self.client.log_batch(run, metrics=metrics[first : first + BATCH], tags=tag)
         if path.is_dir() and not failed:
@@ -250,7 +255,7 @@ class Runs:
                 self.client.log_artifact(run, str(self.folder / name))
         best = best_row(rows.values())
         if best is not None:
-            for name in PICTURES:
+            for name in OF_THE_BEST:
                 if (file := self.folder / f"seed={best['seed']}" / name).is_file():
                     self.client.log_artifact(run, str(file), "best")
         files = [self.folder / name for name in FOLDER_ARTIFACTS]
@@ -274,10 +279,14 @@ class Runs:
         # all of them, so that none is left from before a resume
         for name in (OK, NO_DESIGN, STOPPED, FAILED):
             figures[f"trials_{name.replace(' ', '_')}"] = statuses.count(name)
+        if found := certificates(rows.values()):
+            figures |= {f"designs_{verdict.replace(' ', '_')}": len(found.get(verdict, [])) for verdict in VERDICTS}
         best = best_row(rows.values())
         if best is not None:
             figures |= {"best_return": best["return"], "best_seed": best["seed"]}
         tags = {"seeds": str(format_seeds(self.settings.seeds)), "command": str(summary.get("command", ""))}
+        if best is not None and best.get("certificate"):
+            tags["certificate"] = str(best["certificate"])
         self.client.log_batch(
             run, metrics=self._metrics(figures, time.time()), tags=[RunTag(*item) for item in tags.items()]
         )

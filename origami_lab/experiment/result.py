@@ -5,19 +5,34 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields
 from functools import cached_property
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from origami_lab.errors import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK, InputError
 from origami_lab.experiment.folder import RunFolder
 from origami_lab.experiment.locate import locate
-from origami_lab.reporting.tables import COLUMNS, FAILED, INTEGERS, NO_DESIGN, Row, best_row, spreads
+from origami_lab.game.pattern import CreasePattern
+from origami_lab.reporting.tables import COLUMNS, FAILED, INTEGERS, NO_DESIGN, TEXTS, Row, best_row, spreads
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from origami_lab.game.pattern import CreasePattern
+
+@dataclass(frozen=True, eq=False)
+class TrialDesign(CreasePattern):
+    """A trial's best design, which shows itself in a notebook with its motion and its target."""
+
+    folder: Path | None = None
+    """The trial's."""
+
+    def _repr_html_(self) -> str:
+        from origami_lab.reporting.notebook import show
+
+        whole = self.folder is not None and (self.folder / "best.fold").is_file()
+        return show(self.folder if whole and self.folder is not None else self)._repr_html_()
 
 
 class Result:
@@ -45,7 +60,7 @@ class Result:
         """trials.csv: one row a seed, which is the index. Counts are Int64, figures float64 (NaN: no value)."""
         import pandas as pd
 
-        kinds = {name: "Int64" if name in INTEGERS else "float64" for name in COLUMNS} | {"status": "string"}
+        kinds = {name: "Int64" if name in INTEGERS else "float64" for name in COLUMNS} | dict.fromkeys(TEXTS, "string")
         table = pd.DataFrame(list(self._rows.values()), columns=list(COLUMNS)).astype(kinds)
         return table.astype({"seed": "int64"}).set_index("seed")
 
@@ -59,7 +74,7 @@ class Result:
         return summary if isinstance(summary, dict) else {}
 
     @cached_property
-    def designs(self) -> Mapping[int, CreasePattern]:
+    def designs(self) -> Mapping[int, TrialDesign]:
         """Seed → the trial's best design, replayed from its actions when it is looked up; no failed trials.
 
         Where a trial found none (status "no design") it is the bare start pattern.
@@ -67,7 +82,7 @@ class Result:
         return _Designs(self.folder, [seed for seed in self._rows if (self.folder / f"seed={seed}").is_dir()])
 
     @property
-    def best(self) -> CreasePattern:
+    def best(self) -> TrialDesign:
         """The design with the highest return, the lowest seed among equals.
 
         Raises
@@ -89,6 +104,12 @@ class Result:
         failed = any(str(row["status"]).startswith(FAILED) for row in self._rows.values())
         return EXIT_FAILED if failed else EXIT_OK
 
+    def _repr_html_(self) -> str:
+        """In a notebook: the table of trials and, if there is one, the best design."""
+        row = self._best_row()
+        shown = "" if row is None else self.designs[int(row["seed"])]._repr_html_()
+        return f"<p>{escape(repr(self))}</p>{self.trials.to_html(notebook=True)}{shown}"
+
     def __repr__(self) -> str:
         statuses = [str(row["status"]).partition(":")[0] for row in self._rows.values()]
         counts = ", ".join(f"{statuses.count(name)} {name}" for name in sorted(set(statuses)))
@@ -102,14 +123,14 @@ class Result:
         return f"<Result {'; '.join(parts)}; {self.folder}>"
 
 
-class _Designs(Mapping[int, "CreasePattern"]):
+class _Designs(Mapping[int, TrialDesign]):
     """The designs of a run; each is made once, when it is first looked up."""
 
     def __init__(self, folder: Path, seeds: list[int]) -> None:
         self._folder, self._seeds = folder, seeds
-        self._made: dict[int, CreasePattern] = {}
+        self._made: dict[int, TrialDesign] = {}
 
-    def __getitem__(self, seed: int) -> CreasePattern:
+    def __getitem__(self, seed: int) -> TrialDesign:
         if seed not in self._seeds:
             raise KeyError(seed)
         if seed not in self._made:
@@ -140,7 +161,7 @@ def load(folder: str | os.PathLike[str]) -> Result:
     return Result(path)
 
 
-def replay_design(trial: Path) -> CreasePattern:
+def replay_design(trial: Path) -> TrialDesign:
     """The design of one trial, from its ``seed=N`` folder: its actions are played again, each of them checked.
 
     Raises
@@ -159,7 +180,8 @@ def replay_design(trial: Path) -> CreasePattern:
         if settings.get("capacity") is None:  # the game's own default
             settings.pop("capacity", None)
         facts = read_fold(trial / "best.fold").metadata
-        return Game(**settings).design(saved["actions"], saved["angle"], facts)
+        design = Game(**settings).design(saved["actions"], saved["angle"], facts)
+        return TrialDesign(**{own.name: getattr(design, own.name) for own in fields(design)}, folder=trial.absolute())
     except (OSError, ValueError, KeyError, TypeError) as error:
         if isinstance(error, InputError):
             raise

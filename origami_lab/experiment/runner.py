@@ -27,7 +27,7 @@ from origami_lab.experiment.settings import Node, Settings, fit_workers
 from origami_lab.experiment.tracking import PATIENCE_SECONDS, Tracker, check_tracking, make_tracker
 from origami_lab.experiment.trial import Progress
 from origami_lab.experiment.worker import Failed, Finished
-from origami_lab.reporting.tables import FAILED, Row, best_row, spent_budget, spreads
+from origami_lab.reporting.tables import FAILED, Row, best_row, certificates, spent_budget, spreads
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -288,6 +288,7 @@ def summarise(
         "interrupted": interrupted,
         "returns": {name: asdict(spread) for name, spread in spreads(rows.values()).items()},
         "std": "sample standard deviation (n - 1)",
+        "certificates": {verdict: len(seeds) for verdict, seeds in certificates(rows.values()).items()},
         "best": None if best is None else {name: best.get(name) for name in ("seed", "return", "driving_angle")},
         "interactions": sum(int(row.get("interactions") or 0) for row in rows.values()),
         "seconds": round(seconds, 3),

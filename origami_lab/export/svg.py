@@ -33,6 +33,11 @@ def write_svg(fold: FoldFile, frame: FoldFrame, path: str | os.PathLike[str]) ->
     too near to each other. Lines are children of the root and nothing else is drawn, because Origami Simulator reads
     all shapes there and none in groups.
     """
+    write_whole(path, svg_text(fold, frame).encode())
+
+
+def svg_text(fold: FoldFile, frame: FoldFrame) -> str:
+    """What :func:`write_svg` writes."""
     points, size = drawn(fold.vertices, max(CELL, APART / _nearest(fold.vertices)), MARGIN)
     lines = []
     for (u, v), letter, angle in zip(fold.edges, frame.assignments, frame.fold_angles, strict=True):
@@ -44,7 +49,7 @@ def write_svg(fold: FoldFile, frame: FoldFrame, path: str | os.PathLike[str]) ->
     width, height = (f"{number:.10g}" for number in size)
     head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}">'
     title = f"<title>{escape(fold.title or 'crease pattern')}</title>"
-    write_whole(path, "\n".join([head, title, *lines, "</svg>", ""]).encode())
+    return "\n".join([head, title, *lines, "</svg>", ""])
 
 
 def _nearest(vertices: NDArray[np.float64]) -> float:

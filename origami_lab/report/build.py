@@ -15,6 +15,7 @@ from origami_lab.experiment.folder import write_atomically
 from origami_lab.report.beside import Beside
 from origami_lab.report.collect import Note, Run, read_runs
 from origami_lab.report.curves import learning_figure, read_curves, solved_figure, threshold_of
+from origami_lab.report.designs import DESIGNS, write_designs
 from origami_lab.report.figures import png_and_svg
 from origami_lab.report.gallery import best_shape, draw_motion, draw_shapes, gallery_figure, motion_figure
 from origami_lab.report.grouping import Groups, group_runs
@@ -24,6 +25,8 @@ from origami_lab.report.writing import csv_text, latex, many, markdown
 from origami_lab.reporting.pattern_picture import pattern_figure
 
 FIGURES = "figures"
+OURS = {FIGURES: (".png", ".svg"), DESIGNS: (".html", ".svg", ".json", ".js")}
+"""Folders of a report and what it puts there."""
 
 
 @dataclass(frozen=True)
@@ -89,6 +92,7 @@ def build_report(
             notes.append(Note(f"{column.label}: no curve of solved trials, the first design of each is as good as any"))
     say("drawing the designs")
     shapes = draw_shapes(groups, notes)
+    beside_page = write_designs(shapes, files.stem, files.contents)
     patterns, motions = {}, {}
     if shapes:
         files.add_figure("gallery", "", gallery_figure(groups, shapes))
@@ -101,7 +105,7 @@ def build_report(
     tables = [*returns, interactions]
     below = {note for table in tables for note in table.notes}
     above = tuple(note for note in notes if f"{note.text}." not in below)
-    content = Content(runs, groups, tables, learning, reached, shapes, patterns, motions, above)
+    content = Content(runs, groups, tables, learning, reached, shapes, beside_page, patterns, motions, above)
     _write(output, {"index.html": render(content, output), **files.contents})
     return Report(output, runs, notes)
 
@@ -120,12 +124,12 @@ class _Files:
 
     def add_figure(self, kind: str, label: str, figure: Figure) -> bytes:
         """Returns the figure as SVG."""
-        stem = self._stem(kind, label)
+        stem = self.stem(kind, label)
         png, svg = png_and_svg(figure)
         self.contents |= {f"{FIGURES}/{stem}.png": png, f"{FIGURES}/{stem}.svg": svg}
         return svg
 
-    def _stem(self, kind: str, label: str) -> str:
+    def stem(self, kind: str, label: str) -> str:
         """A name that no two figures share."""
         stem = name = "-".join([kind, *re.findall(r"[\w.=]+", label)])
         number = 1
@@ -157,13 +161,15 @@ def _unwritable(output: Path, error: OSError) -> InputError:
 
 
 def _write(output: Path, files: Mapping[str, str | bytes]) -> None:
-    """Write the files, the page first, and remove the figures of an earlier report that this one does not have."""
+    """Write the files, the page first, and remove what an earlier report has drawn and this one has not."""
     try:
-        (output / FIGURES).mkdir(exist_ok=True)
+        for folder in {Path(name).parent for name in files}:
+            (output / folder).mkdir(exist_ok=True)
         for name, content in files.items():
             write_atomically(output / name, content)
-        for old in (output / FIGURES).iterdir():
-            if f"{FIGURES}/{old.name}" not in files and old.suffix in (".png", ".svg"):
-                old.unlink()
+        for ours, kinds in OURS.items():
+            for old in (output / ours).glob("*"):
+                if f"{ours}/{old.name}" not in files and old.suffix in kinds:
+                    old.unlink()
     except OSError as error:
         raise _unwritable(output, error) from error

@@ -73,7 +73,7 @@ def draw_shapes(groups: Groups, notes: list[Note]) -> dict[tuple[Heading, Headin
             continue
         top = max(float(trial.row["return"]) for trial, _ in designs.values())
         points = np.vstack([_standing(fold, fold.best) for _, fold in designs.values()])
-        target = _target([trial for trial, _ in designs.values()], notes)
+        target = read_target_of([trial for trial, _ in designs.values()], notes)
         if target is not None:  # it stands as the designs that are to fold into it
             upright = next(iter(designs.values()))[1].upright
             target = TargetSurface(target.vertices @ upright.T, target.faces)
@@ -98,7 +98,7 @@ def draw_motion(row: Heading, shape: Shape, notes: list[Note]) -> Motion:
     forms = steps(fold)
     chosen = sorted({round(index) for index in np.linspace(0, len(forms) - 1, MOTION_STEPS)})
     forms = tuple(forms[index] for index in chosen)
-    target = _target([shape.trial], [])
+    target = read_target_of([shape.trial], [])
     studio = Studio(np.vstack([form.coords for form in forms]), target, SIZE, trim=True, upright=fold.upright)
     sheet = sheet_of(fold)
     angles = (form.driving_angle for form in forms)
@@ -128,7 +128,7 @@ def _read(trial: Trial, names: Iterable[str], notes: list[Note], without: str) -
     return None
 
 
-def _target(trials: Sequence[Trial], notes: list[Note]) -> TargetSurface | None:
+def read_target_of(trials: Sequence[Trial], notes: list[Note]) -> TargetSurface | None:
     """The target's surface from the first run folder that has it; None for objectives without a target."""
     for trial in trials:
         try:

@@ -12,10 +12,12 @@ from pathlib import Path
 from PIL import Image
 
 from origami_lab.report.collect import Note, Run, relative
+from origami_lab.report.designs import Beside
 from origami_lab.report.gallery import Motion, Shape
 from origami_lab.report.grouping import Groups, Heading
 from origami_lab.report.tables import Cell, Table
 from origami_lab.report.writing import known_text, many, number, value_text
+from origami_lab.reporting.tables import REFUTED
 
 GENERATOR = '<meta name="generator" content="origami-lab report">'
 """By which a page is known as one of ours."""
@@ -31,6 +33,7 @@ class Content:
     learning: Mapping[Heading, bytes]
     solved: Mapping[Heading, bytes]
     shapes: Mapping[tuple[Heading, Heading], Shape]
+    designs: Mapping[tuple[Heading, Heading], Beside]
     patterns: Mapping[Heading, bytes]
     motions: Mapping[Heading, Motion]
     notes: Sequence[Note]
@@ -157,13 +160,25 @@ def _gallery(content: Content) -> str:
                 continue
             kind = ' class="first"' if shape.best else ""
             picture = _picture(shape.image, f"{column.label}, {row.label}")
-            cells += f"<td{kind}><figure>{picture}<figcaption>{escape(shape.caption)}</figcaption></figure></td>"
+            caption = f"{escape(shape.caption)}{_links(content.designs[row, column])}"
+            cells += f"<td{kind}><figure>{picture}<figcaption>{caption}</figcaption></figure></td>"
         body += f'<tr><th scope="row">{_heading(column)}</th>{cells}</tr>\n'
     return (
-        "<p>The best folded shape of each searcher, with its return and seed; the best of each task is framed.</p>\n"
+        "<p>The best folded shape of each searcher, with its return and seed; the best of each task is framed. Links"
+        " lead to the folder <code>designs</code> beside this page.</p>\n"
         f'<div class="wide"><table class="shapes"><thead><tr><th></th>{head}</tr></thead>\n'
         f"<tbody>\n{body}</tbody></table></div>\n"
     )
+
+
+def _links(design: Beside) -> str:
+    """What its certificate says, and the files beside the page."""
+    mark = ' class="refuted"' if design.verdict == REFUTED else ""
+    said = escape(design.verdict)
+    if design.certificate is not None:
+        said = f'<a href="{design.certificate}">{said}</a>'
+    links = f'<a href="{design.viewer}">turn and fold</a> · <a href="{design.pattern}">SVG</a>'
+    return f'<br><span class="links"><span{mark}>{said}</span><br>{links}</span>'
 
 
 def _patterns(content: Content) -> str:

@@ -197,7 +197,7 @@ def export_design(
     if isinstance(target, str | os.PathLike):
         target = read_target(target)
     elif target is None and path is not None and any("target" in FORMATS[name].takes for name in names):
-        target = _target_of(path)
+        target = target_of(path)
     frame = state_at(fold, angle)
     order = _Order(
         source=path,
@@ -266,7 +266,7 @@ def _places(names: Sequence[str], source: Path | None, output: Path | None) -> l
     return places
 
 
-def _target_of(path: Path) -> TargetSurface | None:
+def target_of(path: Path) -> TargetSurface | None:
     """The target of the run that a trial's FOLD file belongs to."""
     file = path.absolute().parent.parent / "target.ply"
     return read_target(file) if path.absolute().parent.name.startswith("seed=") and file.is_file() else None

@@ -32,8 +32,11 @@ COLUMNS = (
     "status",
     "episodes",
     "rejected",
+    "certificate",
 )
 """Columns of trials.csv; angles in degrees, empty where there is no value."""
+
+TEXTS = frozenset(("status", "certificate"))
 
 NARROW = 72
 """A terminal of fewer columns cannot show all that a trial has to tell."""
@@ -42,6 +45,8 @@ RETURNS = ("return", "return_vertex", "return_surface", "return_sampled")
 TIMINGS = ("seconds", "interactions_per_second")
 """Columns that differ from run to run."""
 
+VERDICTS = CERTIFIED, REFUTED, UNDECIDED = "certified", "refuted", "not certifiable"
+"""What certificates say; those of :mod:`origami_lab.verification.certificate`."""
 OK, NO_DESIGN, STOPPED, FAILED = "ok", "no design", "stopped", "failed"
 
 INTEGERS = frozenset(
@@ -132,7 +137,7 @@ def _value(column: str, cell: str) -> int | float | str | None:
     if column in INTEGERS:
         return int(cell)
     try:
-        return cell if column == "status" else float(cell)
+        return cell if column in TEXTS else float(cell)
     except ValueError:
         return cell
 
@@ -190,6 +195,30 @@ def hint(rows: Iterable[Row]) -> str | None:
         f"{trials} found no design that folds: what usually helps is a larger budget, "
         "start.size=1 or 2, a symmetry, or a larger max_crease_length"
     )
+
+
+def certificates(rows: Iterable[Row]) -> dict[str, list[int]]:
+    """Verdict → the seeds whose best design has it. Older trials, and those of ``files=designs``, have none."""
+    found: dict[str, list[int]] = {}
+    for row in sorted(rows, key=lambda row: int(row["seed"])):
+        if row.get("certificate"):
+            found.setdefault(str(row["certificate"]), []).append(int(row["seed"]))
+    return found
+
+
+def certificate_lines(rows: Iterable[Row]) -> list[str]:
+    """What the certificates say, for below the table: a line, and a warning if one refutes its design."""
+    found = certificates(rows)
+    if not found:
+        return []
+    counts = ", ".join(f"{len(seeds)} {verdict}" for verdict, seeds in sorted(found.items()))
+    lines = [f"certificates: {counts}"]
+    if seeds := found.get(REFUTED):
+        listed = ", ".join(map(str, seeds))
+        lines.append(
+            f"warning: seed {listed}: the best design is refuted, it does not fold as it should: see certificate.json"
+        )
+    return lines
 
 
 def _differs(value: float | None, other: float | None) -> bool:

@@ -31,6 +31,19 @@ def write_viewer(
     It begins with ``frame``, the best state by default; ``#angle=DEGREES`` after its address says otherwise. A target
     of more than :data:`LARGEST_TARGET` triangles is left out.
     """
+    write_whole(path, viewer_page(fold, target, frame).encode())
+
+
+def viewer_page(
+    fold: FoldFile, target: TargetSurface | None = None, frame: FoldFrame | None = None, script: str | None = None
+) -> str:
+    """The page as text, see :func:`write_viewer`.
+
+    Parameters
+    ----------
+    script
+        Where the page finds :func:`viewer_script`, for many pages in one folder; None to have it in the page.
+    """
     document = _document(fold, target, frame or fold.best)
     parts = {
         "TITLE": escape(fold.title or "rigid origami"),
@@ -39,11 +52,18 @@ def write_viewer(
         # inside a script element only "</" could end it, and "<!--" confuse
         "DESIGN": json.dumps(document, separators=(",", ":")).replace("<", "\\u003c"),
         "LICENCE": _read("LICENSE-three.txt").replace("--", "- -"),
-        "SCRIPT": _read("viewer.js"),
+        "SCRIPT": f"<script>\n{viewer_script()}</script>"
+        if script is None
+        else f'<script src="{escape(script)}"></script>',
     }
     page = _read("page.html")
     pieces = page.split("@")  # a name, then what follows it, in turns: nothing that is filled in is looked at again
-    write_whole(path, "".join(parts[piece] if k % 2 else piece for k, piece in enumerate(pieces)).encode())
+    return "".join(parts[piece] if k % 2 else piece for k, piece in enumerate(pieces))
+
+
+def viewer_script() -> str:
+    """What all pages have in common: 600 kB, most of it three.js."""
+    return _read("viewer.js")
 
 
 def _document(fold: FoldFile, target: TargetSurface | None, shown: FoldFrame) -> dict[str, Any]:

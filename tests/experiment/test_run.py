@@ -11,6 +11,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -19,15 +20,22 @@ import pytest
 from omegaconf import OmegaConf
 
 from origami_lab.experiment.build import build_parts
+from origami_lab.experiment.composing import compose_settings
+from origami_lab.experiment.folder import RunFolder
+from origami_lab.experiment.result import load
 from origami_lab.experiment.settings import read_settings
+from origami_lab.experiment.trial import run_trial
 from origami_lab.reporting.tables import COLUMNS, TIMINGS, read_trials
+from origami_lab.verification import checking
+from origami_lab.verification.certificate import Certificate, Check
+from origami_lab.verification.checking import verify
 from tests.experiment.conftest import SMALL, inside, run
 
 pytestmark = pytest.mark.slow
 
 TRIAL_FILES = {
     *("best.fold", "motion.fold", "actions.json", "curve.csv", "result.json"),
-    *("pattern.png", "folded.png", "motion.gif"),
+    *("pattern.png", "folded.png", "motion.gif", "pattern.svg", "best.html", "certificate.json"),
 }
 OWN_OBJECTIVE = (
     *("--config-dir", str(Path(__file__).parent / "conf")),
@@ -138,6 +146,85 @@ def test_the_same_with_two_workers(tracked: Path, tmp_path: Path) -> None:
         for name in ("best.fold", "curve.csv"):
             ours, theirs = (place / f"out/seed={seed}" / name for place in (tmp_path, tracked))
             assert ours.read_bytes() == theirs.read_bytes()
+
+
+def test_every_best_has_its_certificate_and_viewer(tracked: Path, tmp_path: Path) -> None:
+    out = tracked / "out"
+    rows = read_trials(out / "trials.csv")
+    for row in rows:
+        found = json.loads((out / f"seed={row['seed']}/certificate.json").read_text())
+        assert (found["file"], found["verdict"]) == ("best.fold", row["certificate"])
+        assert found == {**verify(out / f"seed={row['seed']}/best.fold").to_json(), "file": "best.fold"}
+    # with the target and the motion, and what the command makes of the folder
+    for kind, name in (("html", "best.html"), ("svg", "pattern.svg")):
+        assert run(tmp_path, "export", str(out / "seed=0"), "--to", kind, "--output", str(tmp_path / f"a.{kind}")) == 0
+        assert (tmp_path / f"a.{kind}").read_bytes() == (out / "seed=0" / name).read_bytes()
+    assert '"target":{' in (out / "seed=0/best.html").read_text()
+    assert "<dt>return</dt>" in (out / "seed=0/best.html").read_text()
+    counts = Counter(row["certificate"] for row in rows)
+    assert json.loads((out / "summary.json").read_text())["certificates"] == counts
+    assert counts["certified"] > 0
+
+
+@pytest.mark.parametrize("fault", ["raises", "refutes"])
+def test_what_a_certificate_says_never_costs_a_trial(
+    fault: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def faulty(path: Path) -> Certificate:
+        if fault == "raises":
+            raise RecursionError("too deep")
+        return Certificate(str(path), (Check("crossing", "refuted", "panels 1 and 2 cross at 5°", {}, (1, 2), 5.0),))
+
+    monkeypatch.setattr(checking, "verify", faulty)
+    settings = compose_settings([*SMALL, "tracking=none", f"output={tmp_path / 'out'}"])
+    with RunFolder.opened(settings) as folder:
+        row, warnings = run_trial(settings, 0, folder)
+    names = {file.name for file in folder.trial(0).iterdir()}
+    assert row["status"] == "ok"
+    if fault == "raises":
+        assert (row["certificate"], names) == (None, TRIAL_FILES - {"certificate.json"})
+        assert warnings == ["no certificate.json: RecursionError: too deep"]
+    else:
+        assert (row["certificate"], names) == ("refuted", TRIAL_FILES)
+        assert warnings == ["its best design is refuted: crossing: panels 1 and 2 cross at 5°"]
+
+
+def test_runs_of_before_there_were_certificates_go_on(tracked: Path, tmp_path: Path) -> None:
+    shutil.copytree(tracked / "out", tmp_path / "out")
+    config = (tmp_path / "out/config.yaml").read_text()
+    assert "files: all\n" in config
+    (tmp_path / "out/config.yaml").write_text(config.replace("files: all\n", ""))
+    for file in (tmp_path / "out").glob("seed=*/result.json"):
+        row = json.loads(file.read_text())
+        del row["certificate"]
+        file.write_text(json.dumps(row))
+        for name in ("certificate.json", "best.html", "pattern.svg"):
+            (file.parent / name).unlink()
+    lines = (tmp_path / "out/trials.csv").read_text().splitlines()
+    assert lines[0].endswith(",certificate")
+    (tmp_path / "out/trials.csv").write_text("".join(line.rpartition(",")[0] + "\n" for line in lines))
+    assert load(tmp_path / "out").trials["certificate"].isna().all()
+    assert run(tmp_path, "report", "out") == 0
+    assert "no certificate" in (tmp_path / "out/report/index.html").read_text()
+    (tmp_path / "out/tracking.json").unlink()
+    assert run(tmp_path, "dashboard", "--sync", "out") == 0
+    assert run(tmp_path, *SMALL, "tracking=none", "output=out", "resume=true", "seed=0..3") == 0
+    verdicts = load(tmp_path / "out").trials["certificate"]
+    assert verdicts.isna().tolist() == [True, True, True, False]
+
+
+def test_designs_only(tracked: Path, tmp_path: Path) -> None:
+    """The same trials with no files but those that the others can be made from; ``files`` may change on resume."""
+    arguments = (*SMALL, "tracking=none", "workers=1", "output=out")
+    assert run(tmp_path, *arguments, "files=designs", "seed=0") == 0
+    kept = {"best.fold", "actions.json", "curve.csv", "result.json"}
+    assert {file.name for file in (tmp_path / "out/seed=0").iterdir()} == kept
+    for name in sorted(kept - {"result.json"}):
+        assert (tmp_path / "out/seed=0" / name).read_bytes() == (tracked / "out/seed=0" / name).read_bytes()
+    assert run(tmp_path, *arguments, "resume=true", "seed=1") == 0
+    assert {file.name for file in (tmp_path / "out/seed=1").iterdir()} == TRIAL_FILES
+    rows = untimed(tmp_path / "out/trials.csv")
+    assert [row["return"] for row in rows] == [row["return"] for row in untimed(tracked / "out/trials.csv")[:2]]
 
 
 def test_resume_runs_what_is_missing_only(tracked: Path, tmp_path: Path) -> None:

@@ -14,13 +14,17 @@ from rich.console import Console
 from origami_lab.reporting.tables import (
     COLUMNS,
     INTEGERS,
+    TEXTS,
+    VERDICTS,
     best_row,
+    certificate_lines,
     format_trials,
     hint,
     read_trials,
     spreads,
     summary_table,
 )
+from origami_lab.verification.certificate import CERTIFIED, REFUTED, UNDECIDED
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
 rows = st.lists(
@@ -28,9 +32,10 @@ rows = st.lists(
         {
             name: st.integers(0, 10**9) if name in INTEGERS else st.none() | finite
             for name in COLUMNS
-            if name != "status"
+            if name not in TEXTS
         }
         | {"status": st.sampled_from(["ok", "stopped", "no design", 'failed: it said "no", twice'])}
+        | {"certificate": st.sampled_from([None, "certified", "refuted", "not certifiable"])}
     ),
     max_size=5,
     unique_by=lambda row: row["seed"],
@@ -97,6 +102,17 @@ def test_a_narrow_terminal_gets_what_matters_most() -> None:
     assert "-1.2500" in out.getvalue()
     assert "90.0" in out.getvalue()
     assert "…" not in out.getvalue()
+
+
+def test_certificates_are_counted_and_a_refuted_one_is_a_warning() -> None:
+    assert VERDICTS == (CERTIFIED, REFUTED, UNDECIDED)
+    assert certificate_lines([row(0, -1.0)]) == []  # a run from before there were any
+    rows = [{**row(seed, -1.0), "certificate": CERTIFIED} for seed in (2, 1)]
+    assert certificate_lines([row(0, -1.0), *rows]) == ["certificates: 2 certified"]
+    rows += [{**row(seed, -1.0), "certificate": REFUTED} for seed in (7, 4)]
+    counted, warning = certificate_lines(rows)
+    assert counted == "certificates: 2 certified, 2 refuted"
+    assert warning.startswith("warning: seed 4, 7: the best design is refuted")
 
 
 def test_a_trial_without_a_design_brings_advice() -> None:

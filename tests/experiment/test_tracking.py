@@ -55,6 +55,8 @@ def test_one_parent_and_a_child_for_each_seed_with_its_curve(tracked: Path) -> N
         assert child.data.params["board.size"] == "9"
         artifacts = {file.path for file in client.list_artifacts(child.info.run_id)}
         assert artifacts >= {"pattern.png", "folded.png", "motion.gif", "best.fold", "best.fold.json", "curve.csv"}
+        assert artifacts >= {"best.html", "pattern.svg", "certificate.json"}
+        assert child.data.tags["certificate"] == row["certificate"]
 
 
 def test_ten_seeds_are_one_experiment(tmp_path: Path) -> None:
@@ -80,6 +82,12 @@ def test_the_parent_shows_the_summary(tracked: Path) -> None:
     assert parent.data.tags["task"] == "pyramid"
     artifacts = {file.path for file in client.list_artifacts(parent.info.run_id)}
     assert artifacts == {"config.yaml", "trials.csv", "summary.json", "best"}
+    best = {Path(file.path).name for file in client.list_artifacts(parent.info.run_id, "best")}
+    assert best == {"pattern.png", "folded.png", "motion.gif", "best.html", "pattern.svg", "certificate.json"}
+    certified = parent.data.metrics["designs_certified"]
+    assert certified == summary["certificates"]["certified"]
+    assert certified + sum(parent.data.metrics[f"designs_{name}"] for name in ("refuted", "not_certifiable")) == 3
+    assert parent.data.tags["certificate"] in summary["certificates"]
     # beside the store, so that the folder results/ is all there is to keep
     assert (tracked / "results/mlartifacts").is_dir()
     assert {file.name for file in tracked.iterdir()} == {"out", "results"}

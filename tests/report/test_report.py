@@ -60,7 +60,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_all_files_are_there_and_whole(results: Path) -> None:
     report = results / "report"
-    assert {path.name for path in report.iterdir()} == {*TABLES, "index.html", "figures"}
+    assert {path.name for path in report.iterdir()} == {*TABLES, "index.html", "figures", "designs"}
     figures = {path.name for path in (report / "figures").iterdir()}
     expected = {"gallery", "learning-pyramid", "learning-cube", "solved-pyramid", "solved-cube"}
     expected |= {"pattern-pyramid", "motion-pyramid"}
@@ -88,7 +88,11 @@ def test_the_page_loads_nothing_from_elsewhere(results: Path) -> None:
     text = (results / "report/index.html").read_text(encoding="utf-8")
     page = Loads(text)
     assert page.tags.isdisjoint({"script", "link", "iframe", "object", "base"})
-    assert all(load.startswith(("data:image/", "#")) for load in page.loads)
+    links = [load for load in page.loads if not load.startswith(("data:image/", "#"))]
+    designs = {f"designs/{path.name}" for path in (results / "report/designs").iterdir()}
+    assert set(links) | {"designs/viewer.js"} == designs
+    assert len(designs) == 2 * 3 + 1
+    assert "certified" in page.text
     assert not re.search(r"url\(|@import|https?://", text)
     pictures = [load.partition(";base64,") for load in page.loads if load.startswith("data:")]
     drawn = {"png": 0, "svg": 0}

@@ -28,16 +28,16 @@ FLAGS = [
     *("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--virtual-time-budget=3000"),
 ]
 SIZE = 1000, 640
+FRAMES = """requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 16);
+cancelAnimationFrame = clearTimeout;"""
+"""Without a window Chromium's virtual time goes on, but hardly any frame is drawn."""
 
 
 def page(path: Path, script: str = "", target: TargetSurface | None = None) -> Path:
     """The pyramid's page, with a script of the test's at its end."""
     write_viewer(fold_file(designs.pyramid()), path, target)
     text = path.read_text()
-    # without a window Chromium's virtual time goes on, but hardly any frame is drawn
-    frames = "requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 16);"
-    frames += "cancelAnimationFrame = clearTimeout;"
-    text = text.replace("</head>", f"<script>{frames}</script></head>")
+    text = text.replace("</head>", f"<script>{FRAMES}</script></head>")
     path.write_text(text.replace("</body>", f"<script>{script}</script></body>"))
     return path
 
@@ -57,9 +57,13 @@ def visit(path: Path, *flags: str) -> str:
 def photograph(path: Path, *flags: str) -> np.ndarray:
     """(H, W, 3) what the window shows."""
     picture = path.with_suffix(".png")
-    visit(path, f"--screenshot={picture}", *flags)
-    with Image.open(picture) as image:
-        return np.array(image.convert("RGB")).astype(int)
+    for _ in range(3):  # on a busy machine it is taken before a frame within the page is drawn at all
+        visit(path, f"--screenshot={picture}", *flags)
+        with Image.open(picture) as image:
+            pixels = np.array(image.convert("RGB")).astype(int)
+        if (pixels != pixels[0, 0]).any():
+            break
+    return pixels
 
 
 def warm(picture: np.ndarray) -> np.ndarray:

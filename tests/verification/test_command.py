@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import random
 from pathlib import Path
 from typing import Any
 
@@ -87,62 +86,3 @@ def test_hostile(spoil: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str])
     spoil(fold)
     assert main(["verify", str(write(tmp_path / "bad.fold", fold))]) == 2
     assert len(capsys.readouterr().err.splitlines()) == 1
-
-
-ANY = [None, True, -1, 0, 3, 1e9, -1e300, 0.5, "B", "", [], [[]], {}, [0, 1], [[0, 0]], 10**30]
-
-
-def mutated(fold: Any, rng: random.Random) -> Any:
-    """The object with one value somewhere replaced, removed, doubled or moved."""
-    fold = json.loads(json.dumps(fold))
-    at = fold
-    while True:
-        keys = list(at) if isinstance(at, dict) else list(range(len(at)))
-        if not keys:
-            return fold
-        key = rng.choice(keys)
-        if isinstance(at[key], dict | list) and at[key] and rng.random() < 0.8:
-            at = at[key]
-            continue
-        what = rng.randrange(4)
-        if what == 0:
-            at[key] = rng.choice(ANY)
-        elif what == 1:
-            del at[key]
-        elif what == 2 and isinstance(at, list):
-            at.insert(key, at[key])
-        elif isinstance(at[key], int | float) and not isinstance(at[key], bool):
-            at[key] = rng.choice([-at[key], at[key] * 1e6, at[key] + 1, round(at[key])])
-        return fold
-
-
-def sources() -> list[dict[str, Any]]:
-    made = [
-        designs.single_valley(),
-        designs.miura(),
-        designs.degree_four(),
-        designs.pyramid(best=2),
-        known_design("cube"),
-    ]
-    return [change(design) for design in made for change in (to_fold, foreign)]
-
-
-@pytest.mark.slow
-def test_mutated_files_are_judged_or_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    rng = random.Random(0)
-    codes: dict[int, int] = {}
-    for fold in sources():
-        fold["file_frames"] = fold["file_frames"][1:3]
-        for _ in range(20):
-            text = json.dumps(mutated(fold, rng))
-            if rng.random() < 0.1:
-                text = text[: rng.randrange(len(text))]
-            (tmp_path / "mutated.fold").write_text(text)
-            code = main(["verify", str(tmp_path / "mutated.fold")])
-            codes[code] = codes.get(code, 0) + 1
-            captured = capsys.readouterr()
-            assert "Error:" not in captured.err, captured.err
-            assert (code == 2) == bool(captured.err), captured.err
-            assert len(captured.err.splitlines()) == (code == 2)
-            assert code in (0, 1, 2, 3), text
-    assert min(codes.get(code, 0) for code in (0, 1, 2)) > 5, codes
