@@ -22,6 +22,6 @@ origami-lab -m "$published" search=rdm,mcts "output=$runs/as_published/plain" "$
 origami-lab -m "$published" search=dfts,bfts search.restarts=10 "output=$runs/as_published/trees" "${common[@]}"
 origami-lab -m "$published" search=evo search.rescale=false "output=$runs/as_published/evo" "${common[@]}"
 # ppo takes minutes a trial: few seeds and interactions
-origami-lab -m "$targets" search=ppo seed=0..1 budget=20000 "output=$runs/ppo" "${common[@]}"
+origami-lab -m "$targets" search=ppo seed=0..2 budget=50000 "output=$runs/ppo" "${common[@]}"
 
 origami-lab report "$runs" --output "$report" --beside paper
