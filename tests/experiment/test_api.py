@@ -20,7 +20,7 @@ import origami_lab
 from origami_lab.cli import main
 from origami_lab.errors import InputError
 from origami_lab.export.fold import read_fold, write_fold
-from origami_lab.reporting.tables import COLUMNS, INTEGERS, TIMINGS, format_trials, read_trials
+from origami_lab.reporting.tables import COLUMNS, INTEGERS, TEXTS, TIMINGS, format_trials, read_trials
 from tests.experiment.conftest import SMALL
 
 ROOT = Path(__file__).parents[2]
@@ -202,7 +202,7 @@ def test_load_is_what_is_on_disk(tracked: Path, tmp_path: Path, monkeypatch: pyt
             if name != "seed":
                 assert result.trials.loc[row["seed"], name] == value
     for name in result.trials.columns:
-        kind = "Int64" if name in INTEGERS else "string" if name == "status" else "float64"
+        kind = "Int64" if name in INTEGERS else "string" if name in TEXTS else "float64"
         assert str(result.trials[name].dtype) == kind
 
     # a replayed design is the one that was found, to the last byte of its file

@@ -17,7 +17,7 @@ from PIL import Image
 
 from origami_lab.export.fold import fold_file
 from origami_lab.reporting.scene import TargetSurface
-from origami_lab.reporting.viewer import write_viewer
+from origami_lab.reporting.viewer import viewer_page, viewer_script, write_viewer
 from tests import designs
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -203,3 +203,16 @@ def test_on_a_phone_in_the_frame_of_an_artifact_pane(tmp_path: Path) -> None:
     assert cold(sheet).mean() > 0.02  # the sheet above
     paper = (np.abs(pattern - [253, 246, 233]).max(axis=2) < 3).mean()
     assert paper > 0.05  # and the pattern below
+
+
+@in_chromium
+@pytest.mark.slow
+def test_pages_that_share_the_script(tmp_path: Path) -> None:
+    (tmp_path / "viewer.js").write_text(viewer_script(), encoding="utf-8")
+    fold = fold_file(designs.pyramid())
+    text = viewer_page(fold, script="viewer.js")
+    assert len(text) < 40_000
+    file = tmp_path / "a.html"
+    file.write_text(text.replace("</head>", f"<script>{FRAMES}</script></head>"), encoding="utf-8")
+    half = int(0.42 * SIZE[0])
+    assert cold(photograph(file))[60:-90, half:].mean() > 0.02

@@ -1,4 +1,4 @@
-"""Files that are wrong in every way, and a process of its own that reads them: `python -m tests.verification.fuzz`.
+"""Files that are wrong in every way, and a process of its own that reads them: `python -m tests.verification.fuzz DIR`.
 
 It has as much memory as it may need and an alarm for every file. A file that hangs or eats memory ends it, and the last
 line that it wrote names the file.
@@ -31,6 +31,8 @@ ADDRESS_SPACE = 6 * 2**30
 FORMATS = ("fold", "svg", "glb", "html")
 ODD = [None, True, -1, 0, 3, 1e9, -1e300, 0.5, "B", "", "\ud800", "x" * 10_000, [], [[]], {}, [0, 1], [[0, 0]], 10**30]
 NUMBERS = ("NaN", "Infinity", "-Infinity", "1e400", "-1e308", "1e-320", "9" * 40, "9" * 6000, "-0", "00", "0x1")
+LARGEST = 15 * 2**20
+"""Bytes, about: what the giants are made of must not itself take the memory that is looked for."""
 MARK = 123454321
 """Stands for what JSON cannot be made to say."""
 
@@ -130,8 +132,9 @@ def deep(fold: Fold, rng: random.Random) -> bytes:
 
 def giant(fold: Fold, rng: random.Random) -> Fold:
     items = _list(fold, rng)
-    size = rng.choice((300, 3000, 100_000, 600_000))
-    items.extend([rng.choice(items)] * size if rng.random() < 0.5 else items * (size // len(items)))
+    item = rng.choice(items)
+    size = min(rng.choice((300, 3000, 100_000, 600_000)), LARGEST // len(json.dumps(item)))
+    items.extend([item] * size if rng.random() < 0.5 else items[:1000] * (size // 1000 + 1))
     return fold
 
 
@@ -146,8 +149,10 @@ def files(seed: int = 0) -> Iterator[tuple[str, bytes]]:
     rng = random.Random(seed)
     for name, fold in sources().items():
         for mutate in MUTATIONS:
-            spoiled = mutate(json.loads(json.dumps(fold)), rng)
-            data = spoiled if isinstance(spoiled, bytes) else json.dumps(spoiled).encode()
+            data = good = json.dumps(fold).encode()
+            while data == good:  # as −0 for 0 may leave it
+                spoiled = mutate(json.loads(good), rng)
+                data = spoiled if isinstance(spoiled, bytes) else json.dumps(spoiled).encode()
             yield f"{name}: {mutate.__name__}", data
 
 
@@ -172,13 +177,14 @@ def used() -> int:
 
 
 def run(folder: Path) -> None:
-    """Read all files, and write a line of JSON for each and command: before, what is read, and then what came of it."""
+    """Read all files of a folder; a line of JSON for each and command: before, what is read, then what came of it."""
     resource.setrlimit(resource.RLIMIT_AS, (ADDRESS_SPACE, ADDRESS_SPACE))
-    file = folder / "spoiled.fold"
-    for name, data in files():
-        file.write_bytes(data)
-        for command in (["verify", str(file)], ["export", str(file), *(f"--to={name}" for name in FORMATS)]):
-            _say({"file": name, "command": command[0]}, " ")
+    for file in sorted(folder.glob("*.fold")):
+        for command in (
+            ["verify", str(file)],
+            ["export", str(file), *(f"--to={name}" for name in FORMATS), f"--output={folder}"],
+        ):
+            _say({"file": file.name, "command": command[0]}, " ")
             code, said = judge(command)
             _say({"code": code, "said": said[-3000:], "memory": used()}, "\n")
 
