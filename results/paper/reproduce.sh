@@ -6,6 +6,7 @@ cd "$(dirname "$0")/../.."
 runs=${1:-results/paper_runs}
 report=${2:-results/paper/report}
 all=search=rdm,dfts,bfts,mcts,evo
+others=search=rdm,dfts,bfts,mcts
 common=(tracking=none resume=true)
 
 targets=+experiment=paper/pyramid,paper/cube,paper/bowl,paper/face
@@ -14,13 +15,16 @@ variants=+experiment=paper/bucket_xy,paper/shelf_y,paper/table_xy
 published='+experiment=[paper/bowl,paper/as_published],[paper/face,paper/as_published]'
 
 origami-lab -m "$targets" "$all" "output=$runs/targets" "${common[@]}"
-origami-lab -m "$objects" "$all" "output=$runs/objects" "${common[@]}"
-origami-lab -m "$variants" "$all" "output=$runs/variants" "${common[@]}"
+origami-lab -m "$objects" search=evo "output=$runs/objects/evo" "${common[@]}"
+origami-lab -m "$variants" search=evo "output=$runs/variants/evo" "${common[@]}"
 # the paper's procedures where ours differ, and with its way of scoring
 origami-lab -m "$targets" search=evo search.rescale=false "output=$runs/plain_evo" "${common[@]}"
 origami-lab -m "$published" search=rdm,mcts "output=$runs/as_published/plain" "${common[@]}"
 origami-lab -m "$published" search=dfts,bfts search.restarts=10 "output=$runs/as_published/trees" "${common[@]}"
 origami-lab -m "$published" search=evo search.rescale=false "output=$runs/as_published/evo" "${common[@]}"
+# the objects and variants by the other searchers: the paper has evo only
+origami-lab -m "$objects" "$others" "output=$runs/objects/others" "${common[@]}"
+origami-lab -m "$variants" "$others" "output=$runs/variants/others" "${common[@]}"
 # ppo takes minutes a trial: few seeds and interactions
 origami-lab -m "$targets" search=ppo seed=0..2 budget=50000 "output=$runs/ppo" "${common[@]}"
 
