@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from origami_lab.experiment.folder import RunFolder, flatten
+from origami_lab.experiment.multirun_folder import membership
 from origami_lab.experiment.note import read_note, summary_of, write_note
 from origami_lab.experiment.seeds import format_seeds
 from origami_lab.experiment.settings import Settings
@@ -82,6 +83,8 @@ class Runs:
 
     def __init__(self, settings: Settings, folder: Path, uri: str, keep: bool = False) -> None:
         self.settings, self.folder, self.uri = settings, folder, uri
+        self.multirun = membership(folder)
+        """All jobs of a multirun go to one experiment, where their names and tags say what differs."""
         self.parent: _Logged | None = None
         self.children: defaultdict[int, list[_Logged]] = defaultdict(list)
         self.unsure = True
@@ -99,7 +102,10 @@ class Runs:
                 raise RefusedError(f"{folder} cannot be written ({error.strerror or error})") from error
         with self._in_plain_words():
             self.client = open_client(uri)
-            self.experiment = self._experiment(str(settings.tracking.get("experiment") or settings.task))
+            name = settings.tracking.get("experiment") or (
+                self.multirun[0].experiment if self.multirun else settings.task
+            )
+            self.experiment = self._experiment(str(name))
 
     def push(self, live: bool, pushed: Callable[[int], None] = lambda seed: None) -> int:
         """Add what the store does not have yet.
@@ -191,7 +197,7 @@ class Runs:
 
     def _take_up_parent(self, live: bool) -> str:
         if self.parent is None:
-            name = f"{self.settings.task} {self.settings.method}"
+            name = self.multirun[1].name if self.multirun else f"{self.settings.task} {self.settings.method}"
             began = (self.folder / "config.yaml").stat().st_mtime
             self.parent = _Logged(self._create(name, {}, self.settings.config, began), None)
         elif live and self.parent.content is not None:
@@ -219,7 +225,8 @@ class Runs:
         ended = (source if source.is_file() else self.folder / "trials.csv").stat().st_mtime
         tags = {PARENT: parent, "seed": str(seed), CONTENT: content}
         config = {**self.settings.config, "seed": seed}
-        run = self._create(f"seed {seed}", tags, config, ended - float(row.get("seconds") or 0.0))
+        name = f"{self.multirun[1].name} · seed {seed}" if self.multirun else f"seed {seed}"
+        run = self._create(name, tags, config, ended - float(row.get("seconds") or 0.0))
         metrics = self._metrics({name: value for name, value in row.items() if name != "seed"}, ended)
         if path.is_dir() and not failed:
             metrics += self._curve(path / "curve.csv", ended)
@@ -295,6 +302,7 @@ class Runs:
             "folder": str(self.folder.absolute()),
             "seeds": str(format_seeds(settings.seeds)),
             "mlflow.source.name": "origami-lab",
+            **self._multirun_tags(),
             **tags,
         }
         start = int(began * 1000)
@@ -305,6 +313,13 @@ class Runs:
         for first in range(0, len(params), PARAMS):
             self.client.log_batch(run, params=params[first : first + PARAMS])
         return run
+
+    def _multirun_tags(self) -> dict[str, str]:
+        """What finds the runs of a multirun, and tells its jobs apart."""
+        if self.multirun is None:
+            return {}
+        index, job = self.multirun
+        return {"multirun": index.id, "job": str(index.jobs.index(job)), "differs": job.differs}
 
     def _metrics(self, values: Mapping[str, Any], when: float) -> list[Metric]:
         from mlflow.entities import Metric
