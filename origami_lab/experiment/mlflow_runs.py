@@ -272,12 +272,11 @@ class Runs:
         from mlflow.entities import RunTag
 
         statuses = [str(row["status"]).partition(":")[0] for row in rows.values()]
-        figures: dict[str, Any] = {
-            "interactions": sum(int(row.get("interactions") or 0) for row in rows.values()),
-            "seconds": summary.get("seconds"),
-        }
-        for name, spread in spreads(rows.values()).items():
+        figures: dict[str, Any] = {}
+        for name, spread in spreads(rows.values()).items():  # the first one is what MLflow's comparison plots
             figures |= {f"{name}_mean": spread.mean, f"{name}_std": spread.std}
+        figures["interactions"] = sum(int(row.get("interactions") or 0) for row in rows.values())
+        figures["seconds"] = summary.get("seconds")
         # all of them, so that none is left from before a resume
         for name in (OK, NO_DESIGN, STOPPED, FAILED):
             figures[f"trials_{name.replace(' ', '_')}"] = statuses.count(name)
