@@ -73,7 +73,9 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
         except RefusedJobs as refused:
             raise explain(refused.error, overrides, known_keys) or refused.error from None
         except Exception as error:
-            raise explain(error, overrides, known_keys) or find_culprit(hydra_words(overrides)) or error from None
+            if multirun is not None and multirun.started:  # a launcher's trouble, or a job's
+                raise
+            raise explain(error, overrides, known_keys) or find_culprit(words) or error from None
     if raised:
         raise raised[0]
     if multirun is not None and not codes:  # the jobs ran in other processes

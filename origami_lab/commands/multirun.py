@@ -73,8 +73,13 @@ class Multirun:
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._written() != self._before:  # else no job was started
+        if self.started:
             self._finish()
+
+    @property
+    def started(self) -> bool:
+        """Whether all jobs were checked and the first one was started."""
+        return self._written() != self._before
 
     def _written(self) -> int:
         from origami_lab.experiment.multirun_folder import INDEX

@@ -54,7 +54,12 @@ LAUNCHERS = {
         # jobs that run out of time are queued again: they go on where they were
         (_DAY, "hydra.launcher.max_num_timeout=20", "hydra.launcher.cpus_per_task=4", "hydra.launcher.mem_gb=8"),
     ),
-    "ray": Launcher("hydra_plugins.hydra_ray_launcher", "ray", ("++hydra.launcher.ray.init.logging_level=warning",)),
+    "ray": Launcher(
+        "hydra_plugins.hydra_ray_launcher",
+        "ray",
+        # the package asks for a size of Ray's memory unless there is a value, and clusters refuse to be asked
+        ("++hydra.launcher.ray.init.logging_level=warning", "++hydra.launcher.ray.init.object_store_memory=null"),
+    ),
 }
 
 
