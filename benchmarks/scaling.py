@@ -22,7 +22,7 @@ from pathlib import Path
 from benchmarks import write_report
 from benchmarks.runs import ROOT
 from origami_lab.experiment.machine import usable_cores
-from origami_lab.experiment.stores import create_database
+from origami_lab.experiment.stores import open_client
 from origami_lab.reporting.tables import read_trials
 
 TASK = ("target=bowl", "search=bfts", "verbosity=quiet")
@@ -83,7 +83,7 @@ def experiment(place: Path, name: str, trials: int, budget: int, *arguments: str
 def push(place: Path, name: str) -> Spent:
     """Bring a store up to date with a run folder, as the run's own tracking process does."""
     store = place / f"{name}.db"
-    create_database(store)
+    open_client(f"sqlite:///{store}")
     return spend(["-m", "origami_lab.experiment.pusher", name, f"sqlite:///{store}"], place, "end\n")
 
 

@@ -64,7 +64,8 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
                 folder = stack.enter_context(multirun_folder(words))
                 multirun = stack.enter_context(Multirun(folder, Path.cwd(), (*overrides, *flags)))
                 words = [word for word in words if not word.startswith(f"{SWEEP_DIR}=")]
-                ours += [multirun.sweep_dir, *launcher_settings(words)]
+                ours.append(multirun.sweep_dir)
+            ours += launcher_settings(words)
             stack.enter_context(_as_hydra_sees_it([*ours, *words, *flags]))
             stack.enter_context(working_directory_importable())
             hydra.main(config_path=str(config_dir()), config_name=CONFIG_NAME, version_base="1.3")(task)()
