@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -30,48 +29,56 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
     """Compose the configuration and run one experiment, or several with ``-m``; returns the exit code."""
     import hydra
 
+    from origami_lab.commands.multirun import Multirun
     from origami_lab.experiment.composing import known_keys, working_directory_importable
     from origami_lab.experiment.configuration import CONFIG_NAME, config_dir, explain, find_culprit, hydra_words
-    from origami_lab.experiment.multirun import RefusedJobs
+    from origami_lab.experiment.multirun import SWEEP_DIR, RefusedJobs, launcher_settings, multirun_folder
 
-    _check_flags(flags)
+    several = _check_flags(flags)
     codes: list[int] = []
     raised: list[Exception] = []
     application = os.getpid()
+    multirun: Multirun | None = None
 
     def task(config: DictConfig) -> float | None:
+        if multirun is not None and os.getpid() != application:
+            return multirun.run_launched(config)  # where only exceptions come through
         try:
-            code, mean = _run_one(config, (*overrides, *flags))
+            code, mean = run_one(config, (*overrides, *flags)) if multirun is None else multirun.run_job(config)
         except Exception as error:
-            if os.getpid() != application:  # in a launcher's process only exceptions come through
-                raise
             # kept from Hydra, which would print its own lines about it
             raised.append(error)
             return None
-        if code == EXIT_INTERRUPTED and _is_multirun(flags):
+        if code == EXIT_INTERRUPTED and several:
             raise KeyboardInterrupt  # or Hydra would start the next job
         codes.append(code)
         return mean
 
+    words = hydra_words(overrides)
     ours: list[str] = []
     if any(flag.startswith(("--config-path", "-cp")) for flag in flags):
         ours += RERUN_SETTINGS
     with ExitStack() as stack:
-        if _is_multirun(flags) and not any(
-            text.startswith(("hydra.sweep.dir=", "hydra/launcher=")) for text in overrides
-        ):
-            # Hydra's sweeper writes a multirun.yaml; with jobs in this process nobody needs it
-            ours.append(f"hydra.sweep.dir={stack.enter_context(tempfile.TemporaryDirectory())}")
-        stack.enter_context(_as_hydra_sees_it([*ours, *hydra_words(overrides), *flags]))
-        stack.enter_context(working_directory_importable())
         try:
+            if several:
+                folder = stack.enter_context(multirun_folder(words))
+                multirun = stack.enter_context(Multirun(folder, Path.cwd(), (*overrides, *flags)))
+                words = [word for word in words if not word.startswith(f"{SWEEP_DIR}=")]
+                ours.append(multirun.sweep_dir)
+            ours += launcher_settings(words)
+            stack.enter_context(_as_hydra_sees_it([*ours, *words, *flags]))
+            stack.enter_context(working_directory_importable())
             hydra.main(config_path=str(config_dir()), config_name=CONFIG_NAME, version_base="1.3")(task)()
         except RefusedJobs as refused:
             raise explain(refused.error, overrides, known_keys) or refused.error from None
         except Exception as error:
-            raise explain(error, overrides, known_keys) or find_culprit(hydra_words(overrides)) or error from None
+            if multirun is not None and multirun.started:  # a launcher's trouble, or a job's
+                raise
+            raise explain(error, overrides, known_keys) or find_culprit(words) or error from None
     if raised:
         raise raised[0]
+    if multirun is not None and not codes:  # the jobs ran in other processes
+        codes.append(multirun.exit_code)
     return max(codes, default=0)
 
 
@@ -96,8 +103,8 @@ def rerun(word: str, overrides: Sequence[str], flags: Sequence[str]) -> int:
     return run(values, [*place, *flags])
 
 
-def _run_one(config: DictConfig, arguments: Sequence[str]) -> tuple[int, float | None]:
-    """One experiment; in a multirun an error ends this one and not the others."""
+def run_one(config: DictConfig, arguments: Sequence[str]) -> tuple[int, float | None]:
+    """Run one experiment and print what it found; returns the exit code and the mean return."""
     from rich.console import Console
 
     from origami_lab.experiment.api import show_results
@@ -105,28 +112,12 @@ def _run_one(config: DictConfig, arguments: Sequence[str]) -> tuple[int, float |
     from origami_lab.experiment.settings import read_settings
 
     console, errors = Console(), Console(stderr=True)
-    try:
-        settings = read_settings(_job_output(config))
-        experiment = run_experiment(settings, errors, ["origami-lab", *arguments])
-    except InputError as error:
-        if not _is_multirun(arguments):
-            raise
-        print(f"error: {error}", file=sys.stderr)
-        return EXIT_INPUT, None
+    settings = read_settings(config)
+    experiment = run_experiment(settings, errors, ["origami-lab", *arguments])
     show_results(console, settings, experiment)
     console.print(str(experiment.folder), highlight=False, soft_wrap=True)
     mean = experiment.summary["returns"].get("return")
     return experiment.exit_code, None if mean is None else mean["mean"]
-
-
-def _job_output(config: DictConfig) -> DictConfig:
-    """In a multirun with one ``output``, each job gets a numbered folder below it."""
-    from hydra.core.hydra_config import HydraConfig
-    from hydra.types import RunMode
-
-    if HydraConfig.get().mode == RunMode.MULTIRUN and config.get("output") is not None:
-        config.output = str(Path(str(config.output)) / str(HydraConfig.get().job.num))
-    return config
 
 
 @contextmanager
@@ -145,8 +136,8 @@ def _as_hydra_sees_it(command: list[str]) -> Iterator[None]:
             os.environ["HYDRA_FULL_ERROR"] = before[1]
 
 
-def _check_flags(flags: Sequence[str]) -> None:
-    """Hydra's flags are argparse's, which says what is wrong in a page."""
+def _check_flags(flags: Sequence[str]) -> bool:
+    """Hydra's flags are argparse's, which says what is wrong in a page; whether they make a multirun start."""
     from hydra._internal.utils import get_args_parser
 
     def refuse(message: str) -> NoReturn:
@@ -157,7 +148,5 @@ def _check_flags(flags: Sequence[str]) -> None:
     known = parser.parse_args(list(flags))
     if known.resolve and not (known.cfg or known.help):
         raise InputError("flag", "--resolve", "must come with --cfg job")
-
-
-def _is_multirun(arguments: Sequence[str]) -> bool:
-    return any(argument in ("-m", "--multirun") for argument in arguments)
+    shows = (known.cfg, known.info, known.help, known.hydra_help, known.shell_completion)
+    return bool(known.multirun) and not any(shows)

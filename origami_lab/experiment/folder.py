@@ -106,7 +106,7 @@ class RunFolder:
             hint = f", e.g. output={runs[-1].parent}" if runs else ""
             raise InputError("resume", "true", f"must come with the folder to finish, output=DIR{hint}")
         try:
-            folder = cls(_fresh_folder(settings, now) if output is None else output)
+            folder = cls(fresh_folder(RESULTS / settings.task / settings.method, now) if output is None else output)
             if settings.resume and folder.has_begun:
                 folder._check_same(settings)
             elif folder.path.exists() and not folder._is_empty():
@@ -297,9 +297,8 @@ def ply_bytes(vertices: np.ndarray[Any, Any], faces: np.ndarray[Any, Any]) -> by
     return header.encode("ascii") + body
 
 
-def _fresh_folder(settings: Settings, now: datetime) -> Path:
-    """results/<task>/<method>/<time>, numbered if another run started in the same second."""
-    parent = RESULTS / settings.task / settings.method
+def fresh_folder(parent: Path, now: datetime) -> Path:
+    """A new folder named by the time, numbered if another run started in the same second; raises OSError."""
     stem = now.strftime("%Y-%m-%d_%H-%M-%S")
     parent.mkdir(parents=True, exist_ok=True)
     for number in range(1, 1000):

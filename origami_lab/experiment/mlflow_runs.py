@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from origami_lab.experiment.folder import RunFolder, flatten
+from origami_lab.experiment.multirun_folder import membership
 from origami_lab.experiment.note import read_note, summary_of, write_note
 from origami_lab.experiment.seeds import format_seeds
 from origami_lab.experiment.settings import Settings
@@ -85,6 +86,8 @@ class Runs:
 
     def __init__(self, settings: Settings, folder: Path, uri: str, keep: bool = False) -> None:
         self.settings, self.folder, self.uri = settings, folder, uri
+        self.multirun = membership(folder)
+        """All jobs of a multirun go to one experiment, where their names and tags say what differs."""
         self.parent: _Logged | None = None
         self.children: defaultdict[int, list[_Logged]] = defaultdict(list)
         self.unsure = True
@@ -102,7 +105,10 @@ class Runs:
                 raise RefusedError(f"{folder} cannot be written ({error.strerror or error})") from error
         with self._in_plain_words():
             self.client = open_client(uri)
-            self.experiment = self._experiment(str(settings.tracking.get("experiment") or settings.task))
+            name = settings.tracking.get("experiment") or (
+                self.multirun[0].experiment if self.multirun else settings.task
+            )
+            self.experiment = self._experiment(str(name))
 
     def push(self, live: bool, pushed: Callable[[int], None] = lambda seed: None) -> int:
         """Add what the store does not have yet.
@@ -194,7 +200,7 @@ class Runs:
 
     def _take_up_parent(self, live: bool) -> str:
         if self.parent is None:
-            name = f"{self.settings.task} {self.settings.method}"
+            name = self.multirun[1].name if self.multirun else f"{self.settings.task} {self.settings.method}"
             began = (self.folder / "config.yaml").stat().st_mtime
             self.parent = _Logged(self._create(name, {}, self.settings.config, began), None)
         elif live and self.parent.content is not None:
@@ -222,7 +228,8 @@ class Runs:
         ended = (source if source.is_file() else self.folder / "trials.csv").stat().st_mtime
         tags = {PARENT: parent, "seed": str(seed), CONTENT: content}
         config = {**self.settings.config, "seed": seed}
-        run = self._create(f"seed {seed}", tags, config, ended - float(row.get("seconds") or 0.0))
+        name = f"{self.multirun[1].name} · seed {seed}" if self.multirun else f"seed {seed}"
+        run = self._create(name, tags, config, ended - float(row.get("seconds") or 0.0))
         metrics = self._metrics({name: value for name, value in row.items() if name != "seed"}, ended)
         if path.is_dir() and not failed:
             metrics += self._curve(path / "curve.csv", ended)
@@ -270,12 +277,11 @@ class Runs:
         from mlflow.entities import RunTag
 
         statuses = [str(row["status"]).partition(":")[0] for row in rows.values()]
-        figures: dict[str, Any] = {
-            "interactions": sum(int(row.get("interactions") or 0) for row in rows.values()),
-            "seconds": summary.get("seconds"),
-        }
-        for name, spread in spreads(rows.values()).items():
+        figures: dict[str, Any] = {}
+        for name, spread in spreads(rows.values()).items():  # the first one is what MLflow's comparison plots
             figures |= {f"{name}_mean": spread.mean, f"{name}_std": spread.std}
+        figures["interactions"] = sum(int(row.get("interactions") or 0) for row in rows.values())
+        figures["seconds"] = summary.get("seconds")
         # all of them, so that none is left from before a resume
         for name in (OK, NO_DESIGN, STOPPED, FAILED):
             figures[f"trials_{name.replace(' ', '_')}"] = statuses.count(name)
@@ -304,6 +310,7 @@ class Runs:
             "folder": str(self.folder.absolute()),
             "seeds": str(format_seeds(settings.seeds)),
             "mlflow.source.name": "origami-lab",
+            **self._multirun_tags(),
             **tags,
         }
         start = int(began * 1000)
@@ -314,6 +321,13 @@ class Runs:
         for first in range(0, len(params), PARAMS):
             self.client.log_batch(run, params=params[first : first + PARAMS])
         return run
+
+    def _multirun_tags(self) -> dict[str, str]:
+        """What finds the runs of a multirun, and tells its jobs apart."""
+        if self.multirun is None:
+            return {}
+        index, job = self.multirun
+        return {"multirun": index.id, "job": str(index.jobs.index(job)), "differs": job.differs}
 
     def _metrics(self, values: Mapping[str, Any], when: float) -> list[Metric]:
         from mlflow.entities import Metric

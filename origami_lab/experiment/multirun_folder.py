@@ -1,0 +1,243 @@
+"""The folder of a multirun: an index of its jobs, one run folder each, and a table of what they found.
+
+::
+
+    multirun.json          the index: what tells the jobs apart, and their folders
+    multirun.csv           one row a job; written at the end
+    multirun.yaml          Hydra's own record of the command
+    cube-rdm/ ...          the run folders, named by what differs
+
+The index is written before the first job starts and read by every job, in whatever process or on whatever machine it
+runs, by what writes to MLflow, and by the summary.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import re
+import uuid
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from origami_lab.errors import InputError
+from origami_lab.experiment.folder import FREE_TO_CHANGE, RunFolder, write_atomically
+from origami_lab.experiment.seeds import parse_seeds
+from origami_lab.reporting.tables import FAILED, STOPPED, Spread, best_row, spent_budget, spreads
+
+INDEX, TABLE = "multirun.json", "multirun.csv"
+NAMES = ("target", "objective", "search", "experiment")
+"""Groups whose options say by themselves what they are."""
+_FOUND = (
+    *("status", "trials", "asked", "return_mean", "return_std"),
+    *("best_return", "best_seed", "interactions"),
+)
+LONGEST = 100
+"""Characters of a folder's name."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """One experiment of a multirun."""
+
+    folder: str
+    """The name of its run folder."""
+    overrides: tuple[str, ...]
+    """As Hydra hands them to the job."""
+    varied: Mapping[str, str]
+    """The keys that had several values in the multirun when the job was added, and this job's."""
+    task: str = ""
+    method: str = ""
+
+    @property
+    def name(self) -> str:
+        """Task, searcher, and what else differs: for people."""
+        others = [text for key, text in short(self.varied).items() if key not in ("target", "objective", "search")]
+        return " · ".join([self.task, self.method, *others])
+
+    @property
+    def differs(self) -> str:
+        """What differs, as it is typed."""
+        return " ".join(f"{key}={value}" for key, value in self.varied.items())
+
+
+@dataclass(frozen=True)
+class Index:
+    """All jobs of a multirun."""
+
+    id: str
+    """The folder's name when it was made, and a few letters of its own: the same for all its runs in MLflow."""
+    jobs: tuple[Job, ...] = ()
+
+    @property
+    def experiment(self) -> str:
+        """The MLflow experiment that holds all of them."""
+        return f"multirun-{self.id}"
+
+    def find(self, overrides: Iterable[str]) -> Job | None:
+        """The job that Hydra gives these overrides."""
+        wanted = tuple(overrides)
+        return next((job for job in self.jobs if job.overrides == wanted), None)
+
+    def planned(self, jobs: Sequence[Sequence[str]]) -> Index:
+        """The index with the jobs of a command: those that are there keep their folders, others get one.
+
+        Raises
+        ------
+        InputError
+            If two jobs are the same.
+        """
+        varied = _varied(jobs)
+        found = list(self.jobs)
+        there = {_identity(job.overrides, varied): place for place, job in enumerate(found)}
+        asked = set[frozenset[str]]()
+        for overrides in jobs:
+            values = {key: value for key, value in map(_split, overrides) if key in varied}
+            identity = _identity(overrides, varied)
+            if identity in asked:
+                raise InputError("-m", " ".join(overrides), "is there twice; every job must be another one")
+            asked.add(identity)
+            if identity in there:
+                place = there[identity]
+                found[place] = replace(found[place], overrides=tuple(overrides))
+            else:
+                named = values or {key: value for key, value in map(_split, overrides) if key in NAMES}
+                name = _unique("-".join(short(named).values()), [job.folder for job in found])
+                found.append(Job(name, tuple(overrides), values))
+        return replace(self, jobs=tuple(found))
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a job has left on disk."""
+
+    job: Job
+    asked: int
+    """Its seeds; 0 if it was not started."""
+    done: int
+    """Trials that ran to their end."""
+    failed: int
+    spread: Spread | None
+    """Of the returns."""
+    best: Mapping[str, Any] | None
+    """The best trial's row."""
+    interactions: int
+
+    @property
+    def status(self) -> str:
+        if not self.asked:
+            return "not run"
+        return FAILED if self.failed else "ok" if self.done == self.asked else STOPPED
+
+
+def new_index(folder: Path) -> Index:
+    """An index without jobs."""
+    name = re.sub(r"[^\w.-]+", "_", folder.absolute().name)
+    return Index(f"{name}-{uuid.uuid4().hex[:4]}")
+
+
+def read_index(folder: Path) -> Index | None:
+    """The index in a folder; None if there is none that can be read."""
+    try:
+        content = json.loads((folder / INDEX).read_text(encoding="utf-8"))
+        jobs = (Job(**{**job, "overrides": tuple(job["overrides"])}) for job in content["jobs"])
+        return Index(str(content["id"]), tuple(jobs))
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def write_index(folder: Path, index: Index) -> None:
+    """Write it as a whole; raises OSError."""
+    write_atomically(folder / INDEX, json.dumps(asdict(index), indent=1) + "\n")
+
+
+def membership(run: Path) -> tuple[Index, Job] | None:
+    """The multirun that a run folder belongs to, and which of its jobs it is."""
+    run = run.absolute()
+    index = read_index(run.parent)
+    job = next((job for job in index.jobs if job.folder == run.name), None) if index else None
+    return (index, job) if index and job else None
+
+
+def outcomes(folder: Path, index: Index) -> list[Outcome]:
+    """What all jobs have left, in the order of the index."""
+    return [_outcome(folder / job.folder, job) for job in index.jobs]
+
+
+def table_text(found: Sequence[Outcome]) -> str:
+    """The text of multirun.csv."""
+    keys = list(dict.fromkeys(key for outcome in found for key in outcome.job.varied))
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["job", "folder", "task", "method", *keys, *_FOUND])
+    for number, outcome in enumerate(found):
+        job, spread, best = outcome.job, outcome.spread, outcome.best or {}
+        values = dict(map(_split, job.overrides))  # a key may differ only since the multirun was extended
+        cells = [number, job.folder, job.task, job.method, *(values.get(key, "") for key in keys)]
+        cells += [outcome.status, outcome.done, outcome.asked]
+        cells += ["", ""] if spread is None else [spread.mean, "" if spread.std is None else spread.std]
+        writer.writerow([*cells, best.get("return", ""), best.get("seed", ""), outcome.interactions])
+    return text.getvalue()
+
+
+def short(varied: Mapping[str, str]) -> dict[str, str]:
+    """What differs by key, without what goes without saying: ``rdm``, ``population=10``."""
+    last = [key.rpartition(".")[2] for key in varied]
+    shown = {}
+    for key, value in varied.items():
+        name = key.rpartition(".")[2]
+        shown[key] = value if key in NAMES else f"{name if last.count(name) == 1 else key}={value}"
+    return shown
+
+
+def _outcome(folder: Path, job: Job) -> Outcome:
+    run = RunFolder(folder)
+    try:
+        asked = len(parse_seeds(run.config().get("seed"))) if run.has_begun else 0
+    except InputError:
+        asked = 0
+    rows = list(run.known_rows().values())
+    return Outcome(
+        job,
+        asked,
+        done=sum(map(spent_budget, rows)),
+        failed=sum(str(row["status"]).startswith(FAILED) for row in rows),
+        spread=spreads(rows).get("return"),
+        best=best_row(rows),
+        interactions=sum(int(row.get("interactions") or 0) for row in rows),
+    )
+
+
+def _split(override: str) -> tuple[str, str]:
+    key, _, value = override.partition("=")
+    return key.lstrip("+"), value.replace("\\", "").strip("'\"")
+
+
+def _varied(jobs: Sequence[Sequence[str]]) -> set[str]:
+    """The keys that do not have the same value in all jobs."""
+    values: dict[str, set[str]] = {}
+    for key, value in (_split(override) for overrides in jobs for override in overrides):
+        values.setdefault(key, set()).add(value)
+    return {key for key, found in values.items() if len(found) > 1}
+
+
+def _identity(overrides: Iterable[str], varied: set[str]) -> frozenset[str]:
+    """What makes a job: not what a run may change when it is resumed, unless the jobs differ in it."""
+    pairs = {override: _split(override)[0] for override in overrides}
+    return frozenset(
+        override for override, key in pairs.items() if key in varied or key.partition(".")[0] not in FREE_TO_CHANGE
+    )
+
+
+def _unique(text: str, taken: Iterable[str]) -> str:
+    """A folder's name that is not taken, also where capitals do not count."""
+    used = {name.casefold() for name in taken}
+    stem = name = re.sub(r"[^\w.+=-]+", "_", text)[:LONGEST].strip("._") or "job"
+    number = 1
+    while name.casefold() in used:
+        number += 1
+        name = f"{stem}_{number}"
+    return name
