@@ -9,7 +9,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
-from origami_lab.errors import EXIT_INPUT, EXIT_INTERRUPTED, InputError
+from origami_lab.errors import EXIT_INTERRUPTED, InputError
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
