@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from origami_lab.objectives.targets import Target
 
 RESULTS = Path("results")
-FREE_TO_CHANGE = ("seed", "workers", "objective_seconds", "tracking", "output", "resume", "verbosity")
+FREE_TO_CHANGE = ("seed", "workers", "files", "objective_seconds", "tracking", "output", "resume", "verbosity")
 """Keys that may differ between a run and its resumption: they do not change what a trial finds."""
 
 _LEFTOVER = re.compile(

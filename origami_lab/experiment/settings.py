@@ -52,6 +52,8 @@ class Settings:
     certify: bool
     workers: int
     """Trials at a time."""
+    files: str
+    """``all``, or ``designs``: a trial writes no pictures, motion, viewer or certificate."""
     objective_seconds: float | None
     """Longest that one call of a user's objective may take; None for no limit."""
     output: Path | None
@@ -118,6 +120,8 @@ def read_settings(config: DictConfig) -> Settings:
         budget=read.integer("budget", 1, 10**12),
         certify=read.choice("certify", ("improvements", "none")) == "improvements",
         workers=_workers(read),
+        # runs of before it could be chosen do not say
+        files=read.choice("files", ("all", "designs")) if "files" in values else "all",
         objective_seconds=read.number("objective_seconds", 0, math.inf, "must be seconds above 0, or null"),
         output=_output(read.get("output")),
         resume=read.flag("resume"),

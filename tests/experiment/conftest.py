@@ -34,6 +34,7 @@ def bare_settings(**changes: Any) -> Settings:
         budget=10,
         certify=True,
         workers=1,
+        files="all",
         objective_seconds=None,
         output=None,
         resume=False,

@@ -140,6 +140,20 @@ def test_the_same_with_two_workers(tracked: Path, tmp_path: Path) -> None:
             assert ours.read_bytes() == theirs.read_bytes()
 
 
+def test_designs_only(tracked: Path, tmp_path: Path) -> None:
+    """The same trials with no files but those that the others can be made from; ``files`` may change on resume."""
+    arguments = (*SMALL, "tracking=none", "workers=1", "output=out")
+    assert run(tmp_path, *arguments, "files=designs", "seed=0") == 0
+    kept = {"best.fold", "actions.json", "curve.csv", "result.json"}
+    assert {file.name for file in (tmp_path / "out/seed=0").iterdir()} == kept
+    for name in sorted(kept - {"result.json"}):
+        assert (tmp_path / "out/seed=0" / name).read_bytes() == (tracked / "out/seed=0" / name).read_bytes()
+    assert run(tmp_path, *arguments, "resume=true", "seed=1") == 0
+    assert {file.name for file in (tmp_path / "out/seed=1").iterdir()} == TRIAL_FILES
+    rows = untimed(tmp_path / "out/trials.csv")
+    assert [row["return"] for row in rows] == [row["return"] for row in untimed(tracked / "out/trials.csv")[:2]]
+
+
 def test_resume_runs_what_is_missing_only(tracked: Path, tmp_path: Path) -> None:
     shutil.copytree(tracked / "out", tmp_path / "out")
     shutil.rmtree(tmp_path / "out/seed=1")

@@ -1,0 +1,117 @@
+"""The files of a trial: its best design, what that looks like, and what is proven of it."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from origami_lab.experiment.build import Parts
+from origami_lab.experiment.folder import RunFolder
+from origami_lab.experiment.settings import Settings
+
+if TYPE_CHECKING:
+    from origami_lab.game.pattern import CreasePattern
+    from origami_lab.search.problem import Outcome
+
+
+MOTION_STEPS = 24
+"""Folded states in motion.fold and motion.gif."""
+SPARE_BYTES = 2**20
+"""If this much more than what was written of a picture fits, it was not the disk that the picture failed for."""
+
+
+def write_files(
+    path: Path,
+    folder: RunFolder,
+    settings: Settings,
+    parts: Parts,
+    outcome: Outcome,
+    design: CreasePattern,
+    row: dict[str, Any],
+) -> list[str]:
+    from origami_lab.export.fold import write_fold
+
+    write_fold(path / "best.fold", design)
+    _write_actions(path / "actions.json", settings, parts, outcome, row)
+    _write_curve(path / "curve.csv", parts, outcome, row)
+    warnings = []
+    if settings.files == "all":
+        write_fold(path / "motion.fold", _motion(parts, outcome, design))
+        warnings = _draw(path, folder)
+    (path / "result.json").write_text(json.dumps(row, indent=2) + "\n", encoding="utf-8")
+    return warnings
+
+
+def _motion(parts: Parts, outcome: Outcome, design: CreasePattern) -> CreasePattern:
+    """The design's motion up to its best driving angle, in steps fine enough to be watched."""
+    if not outcome.succeeded:
+        return design
+    angles = np.linspace(0.0, parts.game.angles[outcome.angle], MOTION_STEPS + 1)[1:]
+    return parts.game.motion(outcome.actions, angles, design.metadata)
+
+
+def _write_actions(path: Path, settings: Settings, parts: Parts, outcome: Outcome, row: dict[str, Any]) -> None:
+    """The best design's actions and moves, and all that the game needs to replay them."""
+    from origami_lab.game.moves import move_to_dict
+    from origami_lab.game.seeding import saved_start
+
+    document = {
+        "game": {
+            **settings.game,
+            "driving_angle_fixed": parts.game.driving_angle_fixed,
+            "start": saved_start(settings.start, parts.game),
+        },
+        "seed": row["seed"],
+        "return": row["return"],
+        "angle": int(outcome.angle),
+        "driving_angle": row["driving_angle"],
+        "actions": [int(action) for action in outcome.actions],
+        "moves": [move_to_dict(move) for move in parts.game.moves(outcome.actions)],
+    }
+    path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+
+
+def _write_curve(path: Path, parts: Parts, outcome: Outcome, row: dict[str, Any]) -> None:
+    """Best return over interactions: one row an improvement, and one at the end."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(("interactions", "return", "driving_angle"))
+        for step in outcome.improvements:
+            angle = math.degrees(parts.game.angles[step.angle])
+            writer.writerow((int(step.interaction), float(step.value), angle))
+        writer.writerow((row["interactions"], row["return"], row["driving_angle"]))
+
+
+def _draw(path: Path, folder: RunFolder) -> list[str]:
+    """Draw the pictures. One that fails is a warning, the design is what counts; a full disk is an OSError."""
+    warnings = []
+    target_file = folder.path / "target.ply"
+    try:
+        from origami_lab.export.fold import read_fold
+        from origami_lab.reporting.pictures import draw_folded, draw_motion, draw_pattern, read_target
+
+        fold, motion = read_fold(path / "best.fold"), read_fold(path / "motion.fold")
+        target = read_target(target_file) if target_file.is_file() else None
+    except Exception as error:
+        return [f"no pictures: {type(error).__name__}: {error}"]
+    pictures: tuple[tuple[str, Callable[[Path], object]], ...] = (
+        ("pattern.png", lambda file: draw_pattern(fold, file)),
+        ("folded.png", lambda file: draw_folded(fold, file, target)),
+        ("motion.gif", lambda file: draw_motion(motion, file, target)),
+    )
+    for name, draw in pictures:
+        try:
+            draw(path / name)
+        except Exception as error:
+            written = (path / name).stat().st_size if (path / name).exists() else 0
+            (path / name).unlink(missing_ok=True)
+            # Pillow does not say what the system said
+            folder.require_room(written + SPARE_BYTES)
+            warnings.append(f"no {name}: {type(error).__name__}: {error}")
+    return warnings
