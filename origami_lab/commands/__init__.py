@@ -1,3 +1,3 @@
 """The subcommands, one module each with ``main(arguments) -> exit code``; imported when called, to start fast."""
 
-COMMANDS = ("dashboard", "doctor", "export", "report", "verify")
+COMMANDS = ("dashboard", "doctor", "export", "report", "sweep", "verify")
