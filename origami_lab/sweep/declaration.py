@@ -14,16 +14,17 @@ from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from origami_lab.errors import InputError
+from origami_lab.experiment.composing import compose_settings
 from origami_lab.experiment.folder import RESULTS
 from origami_lab.experiment.seeds import format_seeds
-from origami_lab.experiment.settings import Node
+from origami_lab.experiment.settings import Node, Settings
 from origami_lab.objectives.mesh_reading import expanded
 from origami_lab.sweep.parameter import Parameter, grid_size, read_space
 from origami_lab.sweep.reading import Reader
 
 KEYS = (
     *("study", "task", "searcher", "budget", "seeds", "space", "trials", "sampler", "pruner", "held_out"),
-    *("workers", "storage", "output", "tracking"),
+    *("workers", "storage", "output", "tracking", "config_dir"),
 )
 ON_THE_COMMAND_LINE = ("sampler", "pruner", "held_out", "tracking")
 """Keys with keys of their own, which the command line takes as KEY.KEY=VALUE, too."""
@@ -85,6 +86,8 @@ class Declaration:
     """A URL of a database or a journal file; None for a journal in the folder."""
     output: Path | None
     tracking: Node
+    config_dir: Path | None
+    """A folder with options of the user's own, like --config-dir."""
 
     @property
     def folder(self) -> Path:
@@ -98,6 +101,10 @@ class Declaration:
     def base_with(self, budget: int) -> list[str]:
         """The same with another budget."""
         return [*self.task, f"search={self.searcher}", f"budget={budget}"]
+
+    def compose(self, overrides: Sequence[str]) -> Settings:
+        """The settings of one experiment; raises InputError in the words of the command."""
+        return compose_settings(overrides, self.config_dir)
 
     @cached_property
     def fixed(self) -> dict[str, Any]:
@@ -157,6 +164,7 @@ def read_declaration(file: Path, changes: Sequence[str] = ()) -> Declaration:
         storage=read.text("storage"),
         output=None if (output := read.text("output")) is None else expanded(output),
         tracking=_tracking(read.below("tracking", "kind")),
+        config_dir=_config_dir(read),
     )
 
 
@@ -235,6 +243,13 @@ def _held_out(read: Reader, played: Sequence[int], budget: int) -> HeldOut:
             raise against.refuse(name, "must have a name of letters and digits, other than best and defaults")
     others = {str(name): against.overrides(name) for name in against.values}
     return HeldOut(seeds, read.whole("budget", 1, default=budget), others)
+
+
+def _config_dir(read: Reader) -> Path | None:
+    text = read.text("config_dir")
+    if text is not None and not expanded(text).is_dir():
+        raise read.refuse("config_dir", "there is no such folder")
+    return None if text is None else expanded(text)
 
 
 def _tracking(read: Reader) -> Node:

@@ -18,10 +18,12 @@ from optuna.trial import FrozenTrial, Trial, TrialState, create_trial
 
 from origami_lab.errors import InputError
 from origami_lab.experiment.build import build_parts
-from origami_lab.experiment.composing import compose_settings
+from origami_lab.experiment.configuration import groups
+from origami_lab.experiment.folder import flatten
+from origami_lab.experiment.locate import nearest
 from origami_lab.experiment.seeds import format_seeds
 from origami_lab.sweep.declaration import Declaration, Pruner
-from origami_lab.sweep.parameter import Point, corners, overrides_of
+from origami_lab.sweep.parameter import Point, corners, diagonals, overrides_of
 from origami_lab.sweep.places import Claim, Place, Places
 from origami_lab.sweep.processes import Worker
 from origami_lab.sweep.storage import open_study
@@ -34,6 +36,7 @@ POINT, RETURNS = "point", "returns"
 class Job(ABC):
     """A study whose trials each play a configuration with the same seeds."""
 
+    declaration: Declaration
     name: str
     """The study's name in the storage."""
     count: int
@@ -80,16 +83,16 @@ class SearchJob(Job):
         system = dict(claim.frozen().system_attrs)
         if "fixed_params" not in system:
             history = [frozen for place in claim.places.look() if (frozen := _known(place, claim)) is not None]
-            point, found = suggest(self.declaration, claim.place, history, self.refuses)
+            point, found = suggest(self.declaration, claim.place, history, self.refusal)
             system = {**found, "fixed_params": dict(point)}
         trial = claim.begin(system)
         point = ask_all(trial, self.declaration.space)
         claim.note(POINT, point)
         return trial, [*self.declaration.base, *overrides_of(point)]
 
-    def refuses(self, point: Point) -> bool:
-        """Whether a point cannot be played: values that exclude each other, say."""
-        return refusal(self.declaration, point) is not None
+    def refusal(self, point: Point) -> InputError | None:
+        """Why a point cannot be played: values that exclude each other, say."""
+        return refusal(self.declaration, point)
 
 
 class HeldOutJob(Job):
@@ -97,6 +100,7 @@ class HeldOutJob(Job):
 
     def __init__(self, declaration: Declaration, best: Point) -> None:
         held_out = declaration.held_out
+        self.declaration = declaration
         self.seeds = held_out.seeds
         base = declaration.base_with(held_out.budget)
         self.settings: Mapping[str, list[str]] = {
@@ -178,7 +182,7 @@ def _value(place: Place) -> float:
 def refusal(declaration: Declaration, point: Point) -> InputError | None:
     """Why a point cannot be played."""
     try:
-        build_parts(compose_settings([*declaration.base, *overrides_of(point)]))
+        build_parts(declaration.compose([*declaration.base, *overrides_of(point)]))
     except InputError as error:
         return error
     return None
@@ -192,10 +196,26 @@ def check_space(declaration: Declaration) -> None:
     InputError
         If the task or the searcher cannot be played, or a value of a parameter cannot.
     """
-    build_parts(compose_settings(declaration.base))
+    base = declaration.compose(declaration.base)
+    build_parts(base)
+    known = sorted({*flatten(base.config), *groups()})
+    for parameter in declaration.space:
+        if parameter.name not in known and not parameter.name.startswith("+"):
+            expected = f"there is no such setting of this task and searcher{nearest(parameter.name, known)}"
+            raise InputError("space", parameter.name, expected)
     for overrides in declaration.held_out.against.values():
-        build_parts(compose_settings([*declaration.base, *overrides]))
+        build_parts(declaration.compose([*declaration.base, *overrides]))
+    seen = set()
+    for point in diagonals(declaration.space):
+        if refusal(declaration, point) is None:
+            seen |= {(name, repr(value)) for name, value in point.items()}
     for parameter, value, points in corners(declaration.space):
-        refusals = [refusal(declaration, point) for point in points]
-        if all(refusals):
+        if (parameter.name, repr(value)) in seen:
+            continue
+        refusals: list[InputError] = []
+        for point in points:
+            if (found := refusal(declaration, point)) is None:
+                break
+            refusals.append(found)
+        else:
             raise InputError(f"space.{parameter.name}", value, f"cannot be played: {refusals[0]}")

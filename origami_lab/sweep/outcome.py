@@ -15,7 +15,6 @@ import optuna
 from omegaconf import OmegaConf
 from optuna.trial import TrialState
 
-from origami_lab.experiment.composing import compose_settings
 from origami_lab.experiment.folder import write_atomically
 from origami_lab.experiment.runner import versions
 from origami_lab.experiment.seeds import format_seeds
@@ -109,7 +108,7 @@ class Outcome:
         """The best trial's configuration, which runs as it is."""
         path = self.declaration.folder / BEST
         seeds = _written(self.declaration.seeds)
-        settings = compose_settings([*self.declaration.base, *overrides_of(best["point"]), f"seed={seeds}"])
+        settings = self.declaration.compose([*self.declaration.base, *overrides_of(best["point"]), f"seed={seeds}"])
         head = (
             f"# The best of {self.declaration.trials} trials of the sweep {self.declaration.study}: "
             f"trial {best['trial']}, mean return {best['value']:.4f}.\n"

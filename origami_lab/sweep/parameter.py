@@ -172,6 +172,17 @@ def grid_size(space: Sequence[Parameter], most: int) -> int:
     return sum(1 for _ in itertools.islice(grid_points(space), most + 1))
 
 
+def diagonals(space: Sequence[Parameter]) -> Iterator[dict[str, Value]]:
+    """A few points that have many choices and ends between them."""
+    for number in range(max(2, *(len(parameter.choices) for parameter in space))):
+        point: dict[str, Value] = {}
+        for parameter in space:
+            if parameter.active(point):
+                values = parameter.choices or (parameter.low, parameter.high)
+                point[parameter.name] = values[number % len(values)]
+        yield point
+
+
 def corners(space: Sequence[Parameter]) -> Iterator[tuple[Parameter, Value, list[dict[str, Value]]]]:
     """Each choice of each parameter and each end of each range, with two points that have it.
 

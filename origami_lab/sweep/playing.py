@@ -15,7 +15,6 @@ from optuna.trial import Trial, TrialState
 
 from origami_lab.errors import InputError
 from origami_lab.experiment.build import build_parts
-from origami_lab.experiment.composing import compose_settings
 from origami_lab.experiment.folder import FolderError, RunFolder, failed_row
 from origami_lab.experiment.locks import FolderInUseError
 from origami_lab.experiment.runner import summarise
@@ -151,7 +150,7 @@ def trial_settings(job: Job, place: int, overrides: list[str]) -> Settings:
     path: Path = job.path(place).absolute()
     seeds = format_seeds(job.seeds)
     written = str(seeds).replace(" ", "")
-    settings = compose_settings([*overrides, f"seed={written}", *OF_A_TRIAL])
+    settings = job.declaration.compose([*overrides, f"seed={written}", *OF_A_TRIAL])
     config = {**settings.config, "seed": seeds, "output": None, "resume": False}
     return replace(settings, output=path, config=config)
 

@@ -67,6 +67,8 @@ def slices(record: Mapping[str, Any], space: Sequence[Parameter]) -> Figure:
             axes.set_xlim(-0.5, len(parameter.choices) - 0.5)
         else:
             axes.set_xscale("log" if parameter.log else "linear")
+            if parameter.log:
+                _label_log(axes, parameter)
         _finish(axes, parameter.name, "mean return" if number % columns == 0 else "")
         axes.tick_params(labelleft=number % columns == 0, labelsize=7)
     return figure
@@ -105,6 +107,16 @@ def _place(parameter: Parameter, value: Any) -> float:
         for index, choice in enumerate(parameter.choices)
         if choice == value and isinstance(choice, bool) == isinstance(value, bool)
     )
+
+
+def _label_log(axes: Axes, parameter: Parameter) -> None:
+    """Plain numbers, few enough to be read."""
+    from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
+
+    decades = np.log10(parameter.high / parameter.low)
+    axes.xaxis.set_major_locator(LogLocator(10, subs=(1.0, 2.0, 5.0) if decades < 1.8 else (1.0,)))
+    axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _finish(axes: Axes, across: str, up: str) -> None:

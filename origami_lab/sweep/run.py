@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from origami_lab.errors import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK, InputError
-from origami_lab.experiment.composing import compose_settings
 from origami_lab.experiment.folder import FolderError
 from origami_lab.experiment.interrupts import Interrupts
 from origami_lab.experiment.tracking import Tracker
@@ -58,7 +57,7 @@ def run_sweep(declaration: Declaration, console: Console, command: Sequence[str]
     StorageError
         If the storage does not answer, or the folder cannot be written.
     """
-    base = compose_settings(declaration.base)
+    base = declaration.compose(declaration.base)
     check_sweep_tracking(declaration)
     with Interrupts() as interrupts, _in_plain_words(declaration):
         study = SharedStudy.opened(declaration)

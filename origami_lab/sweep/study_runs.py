@@ -134,7 +134,7 @@ class StudyRuns:
         if there:
             return False
         tags = {PARENT: study, TRIAL: str(number), CONTENT: content, "folder": str(trial["folder"])}
-        tags |= {"state": trial["state"], "best": str(record["best"] == number).lower()}
+        tags["state"] = trial["state"]
         values = {**trial["point"], "searcher": record["declaration"]["searcher"]}
         run = self._create(f"trial {number}", tags, values, trial["began"])
         returns = trial["returns"].values()
@@ -177,7 +177,7 @@ class StudyRuns:
         for name in ARTIFACTS:
             if (self.folder / name).is_file():
                 self.client.log_artifact(run, str(self.folder / name))
-        tags = {CONTENT: content, "command": str(summary.get("command", ""))}
+        tags = {CONTENT: content, "command": str(summary.get("command", "")), "best_trial": str(record["best"])}
         self.client.log_batch(run, tags=[RunTag(*item) for item in tags.items()])
         done = len(record["ended"]) >= int(record["trials"])
         self.client.set_terminated(run, "FINISHED" if done else "KILLED", int(ended * 1000))

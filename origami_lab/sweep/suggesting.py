@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from optuna.samplers import BaseSampler
     from optuna.trial import FrozenTrial, Trial
 
-ATTEMPTS, LEARNED_ATTEMPTS = 40, 10
+ATTEMPTS, LEARNED_ATTEMPTS = 30, 10
 """Points that are drawn before a place is given up whose points the searcher refuses; and how many of them the sampler
 draws before chance does: it does not hear of refusals, and may go on about the same point."""
 
@@ -40,7 +40,7 @@ def distribution(parameter: Parameter) -> BaseDistribution:
 
 
 def suggest(
-    declaration: Declaration, place: int, history: Sequence[FrozenTrial], refused: Callable[[Point], bool]
+    declaration: Declaration, place: int, history: Sequence[FrozenTrial], refusal: Callable[[Point], InputError | None]
 ) -> tuple[dict[str, Value], dict[str, Any]]:
     """Choose the parameters of one trial.
 
@@ -52,8 +52,8 @@ def suggest(
         The trial's number in the study, from 0.
     history
         Finished trials, and running ones that have parameters, in order of their places.
-    refused
-        Whether a point cannot be played; then another one is drawn.
+    refusal
+        Says why a point cannot be played; then another one is drawn.
 
     Returns
     -------
@@ -68,6 +68,7 @@ def suggest(
 
     if declaration.sampler.name == "grid":
         return next(itertools.islice(shuffled_grid(declaration), place, None)), {}
+    why: InputError | None = None
     for attempt in range(ATTEMPTS):
         words = (declaration.sampler.seed, place, attempt)
         seed = int(np.random.SeedSequence(words).generate_state(1)[0])
@@ -79,9 +80,10 @@ def suggest(
             study.add_trials(history)
             trial = study.ask()
             point = ask_all(trial, declaration.space)
-        if not refused(point):
+        why = refusal(point)
+        if why is None:
             return point, dict(study.get_trials(deepcopy=False)[-1].system_attrs)
-    raise InputError("space", f"trial {place}", f"{ATTEMPTS} points were drawn, and none of them can be played")
+    raise InputError("space", f"trial {place}", f"none of {ATTEMPTS} points that were drawn can be played: {why}")
 
 
 def ask_all(trial: Trial, space: Sequence[Parameter]) -> dict[str, Value]:

@@ -9,9 +9,10 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from origami_lab.experiment.locks import held
 from origami_lab.experiment.note import read_note, write_note
 from origami_lab.experiment.pusher import Pusher, main
-from origami_lab.experiment.stores import absolute_uri, check_store, default_uri
+from origami_lab.experiment.stores import absolute_uri, check_store, default_uri, explain
 from origami_lab.experiment.tracking import MlflowTracker, NullTracker, Say, Tracker
 from origami_lab.sweep.declaration import Declaration
 from origami_lab.sweep.records import RECORD
@@ -41,6 +42,46 @@ def make_sweep_tracker(declaration: Declaration, say: Say, later: Sequence[str])
     uri = absolute_uri(store_of_study(declaration))
     write_note(declaration.folder, {"uri": uri, "experiment": declaration.tracking.get("experiment")})
     return MlflowTracker(declaration.folder, uri, say, pusher=__name__, later=later)
+
+
+def find_studies(directory: Path) -> list[Path]:
+    """The folders of sweeps at or below a directory."""
+    return sorted(file.parent for file in directory.rglob(RECORD) if (file.parent / "trials").is_dir())
+
+
+def sync_studies(folders: Sequence[Path], uri: str | None, say: Say, complain: Say) -> tuple[int, set[str]]:
+    """Push what the stores do not have yet of studies; one line a study.
+
+    Parameters
+    ----------
+    uri
+        The store to push to; None for the one that each study notes, or the default one.
+    say, complain
+        Take lines about studies that went well, and about those that did not.
+
+    Returns
+    -------
+    How many could not be pushed, and the URIs of the stores that have the others.
+    """
+    from origami_lab.sweep.study_runs import StudyRuns
+
+    failed, stores = 0, set[str]()
+    for folder in folders:
+        note = read_note(folder)
+        store = absolute_uri(str(uri or note.get("uri") or default_uri()))
+        try:
+            with held(folder, wait=False) as free:
+                if not free:
+                    say(f"{folder}: left alone, another process runs or pushes it")
+                    continue
+                added = StudyRuns(folder, store, note.get("experiment")).push(live=False)
+        except Exception as error:
+            failed += 1
+            complain(f"{folder}: {explain(error, store)}")
+            continue
+        stores.add(store)
+        say(f"{folder}: {added} trial{'' if added == 1 else 's'} pushed" if added else f"{folder}: already there")
+    return failed, stores
 
 
 class StudyPusher(Pusher):
