@@ -137,14 +137,14 @@ class Places:
         waiting = self.study.get_trials(deepcopy=False, states=(TrialState.WAITING,))
         return [trial for trial in waiting if trial.number != held.get(trial.user_attrs.get(PLACE, -1), trial.number)]
 
-    def reap(self) -> list[int]:
-        """Declare trials lost whose workers are gone; their places."""
+    def reap(self, why: str = LOST) -> list[int]:
+        """Declare trials lost whose workers are gone, or stopped if we ended them; their places."""
         lost, running = [], set[int]()
         for trial in self.study.get_trials(deepcopy=False, states=(TrialState.RUNNING,)):
             running.add(trial.number)
             if trial.user_attrs.get(PLACE) is not None and self._is_lost(trial):
                 try:
-                    self._storage.set_trial_user_attr(trial._trial_id, END, LOST)
+                    self._storage.set_trial_user_attr(trial._trial_id, END, why)
                     self._storage.set_trial_state_values(trial._trial_id, TrialState.FAIL)
                 except UpdateFinishedTrialError:  # somebody else was quicker, or it lives and has just ended
                     continue

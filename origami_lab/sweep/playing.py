@@ -113,7 +113,8 @@ class Player:
                 row = rows[seed]
                 folder.write_trials(rows.values())
                 if not spent_budget(row):
-                    claim.fail(STOPPED if row["status"] == SEED_STOPPED else f"seed {seed} {row['status']}"[:500])
+                    why = str(row["status"]).partition(": ")[2]
+                    claim.fail(STOPPED if row["status"] == SEED_STOPPED else f"{FAILED}: seed {seed}: {why}")
                     return
                 returns.append(float(row["return"]))
                 trial.report(mean_of(returns) if job.means else returns[-1], step)

@@ -19,7 +19,7 @@ from origami_lab.sweep.declaration import Declaration
 from origami_lab.sweep.display import SweepDisplay
 from origami_lab.sweep.jobs import HeldOutJob, SearchJob, best_place, check_space, point_of
 from origami_lab.sweep.outcome import Outcome
-from origami_lab.sweep.places import Place, Places
+from origami_lab.sweep.places import STOPPED, Place, Places
 from origami_lab.sweep.processes import Worker
 from origami_lab.sweep.records import record_of, write_record
 from origami_lab.sweep.storage import KEY, TROUBLE, StorageError, explain, open_storage, storage_name
@@ -72,6 +72,7 @@ def run_sweep(declaration: Declaration, console: Console, command: Sequence[str]
                 except KeyboardInterrupt:
                     display.say("leaving at once")
                 interrupts.limit = None
+            study.release()
             study.write_record()
             summary = study.write_outcome(command) if study.done else {}
             interrupts.limit = interrupts.count + 1  # the next one ends the wait
@@ -170,6 +171,11 @@ class SharedStudy:
         """Let the trial fail that a worker of this machine plays, before the worker is killed."""
         for places in filter(None, (self.places, self.compared)):
             places.condemn(pid, reason)
+
+    def release(self) -> None:
+        """Let others at once have the trials of workers that had to be ended."""
+        for places in filter(None, (self.places, self.compared)):
+            places.reap(STOPPED)
 
     def write_record(self, places: Sequence[Place] | None = None) -> int:
         """Write what has ended, if there is more of it; how many trials more."""

@@ -74,18 +74,23 @@ class StudyRuns:
         pushed
             Called for each trial that was added.
         """
-        record, added, here = read_record(self.folder), 0, platform.node()
+        record, added = read_record(self.folder), 0
         with in_plain_words(self.uri):
-            if self.unsure:
+            if self.unsure or not live:  # others may have pushed meanwhile
                 self._look()
             study = self._study_run(record)
             for trial in record["ended"]:
-                if not (live and trial["host"] not in (here, "")) and self._push_trial(study, record, trial):
+                if (not live or self._is_ours(trial)) and self._push_trial(study, record, trial):
                     added += 1
                     pushed(int(trial["trial"]))
             if not live:
                 self._end_study(study, record)
         return added
+
+    def _is_ours(self, trial: Mapping[str, Any]) -> bool:
+        """Whether a worker of this machine played it, for this folder."""
+        inside = Path(trial["folder"]).is_relative_to(self.folder.absolute())
+        return inside and trial["host"] in (platform.node(), "")
 
     def _look(self) -> None:
         """Find the study's run and the trials' by number; superfluous ones of the study are deleted."""
