@@ -22,6 +22,7 @@ from origami_lab.experiment.configuration import groups
 from origami_lab.experiment.folder import flatten
 from origami_lab.experiment.locate import nearest
 from origami_lab.experiment.seeds import format_seeds
+from origami_lab.experiment.settings import Settings
 from origami_lab.sweep.declaration import Declaration, Pruner
 from origami_lab.sweep.parameter import Point, corners, diagonals, overrides_of
 from origami_lab.sweep.places import Claim, Place, Places
@@ -29,6 +30,8 @@ from origami_lab.sweep.processes import Worker
 from origami_lab.sweep.storage import open_study
 from origami_lab.sweep.suggesting import ask_all, suggest
 
+OF_A_TRIAL = ("tracking=none", "files=designs", "workers=1", "verbosity=quiet", "resume=true")
+"""Settings of every trial's run: quick, and resumed where its folder is there already."""
 POINT, RETURNS = "point", "returns"
 """Attributes of a trial: its parameters and values, and the return of each of its seeds."""
 
@@ -47,6 +50,7 @@ class Job(ABC):
     pruner: BasePruner | None = None
     means: bool = True
     """Whether the pruner is told the mean so far, or the return of each seed."""
+    _composed: tuple[list[str] | None, Settings | None] = (None, None)
 
     @abstractmethod
     def fixed(self) -> dict[str, Any]:
@@ -63,6 +67,16 @@ class Job(ABC):
 
     def path(self, place: int) -> Path:
         return self.folder / self.place_names[place]
+
+    def settings(self, overrides: Sequence[str]) -> Settings:
+        """The settings of a trial's run, without its folder. Composing takes a tenth of a second: not done twice."""
+        if overrides != self._composed[0]:
+            seeds = str(format_seeds(self.seeds)).replace(" ", "")
+            composed = self.declaration.compose([*overrides, f"seed={seeds}", *OF_A_TRIAL])
+            self._composed = (list(overrides), composed)
+        settings = self._composed[1]
+        assert settings is not None
+        return settings
 
 
 class SearchJob(Job):
@@ -92,7 +106,11 @@ class SearchJob(Job):
 
     def refusal(self, point: Point) -> InputError | None:
         """Why a point cannot be played: values that exclude each other, say."""
-        return refusal(self.declaration, point)
+        try:
+            build_parts(self.settings([*self.declaration.base, *overrides_of(point)]))
+        except InputError as error:
+            return error
+        return None
 
 
 class HeldOutJob(Job):
@@ -103,25 +121,25 @@ class HeldOutJob(Job):
         self.declaration = declaration
         self.seeds = held_out.seeds
         base = declaration.base_with(held_out.budget)
-        self.settings: Mapping[str, list[str]] = {
+        self.overrides: Mapping[str, list[str]] = {
             "best": [*base, *overrides_of(best)],
             "defaults": base,
             **{name: [*base, *overrides] for name, overrides in held_out.against.items()},
         }
-        self.place_names, self.count = list(self.settings), len(self.settings)
-        text = json.dumps([self.settings, list(self.seeds)], sort_keys=True)
+        self.place_names, self.count = list(self.overrides), len(self.overrides)
+        text = json.dumps([self.overrides, list(self.seeds)], sort_keys=True)
         digest = hashlib.sha256(text.encode()).hexdigest()[:8]
         # another best, after more trials, is another comparison
         self.name = f"{declaration.study} held out {digest}"
         self.folder = declaration.folder / "held_out" / digest
 
     def fixed(self) -> dict[str, Any]:
-        return {"settings": dict(self.settings), "seeds": format_seeds(self.seeds)}
+        return {"settings": dict(self.overrides), "seeds": format_seeds(self.seeds)}
 
     def begin(self, claim: Claim) -> tuple[Trial, list[str]]:
         name = self.place_names[claim.place]
         claim.note("settings", name)
-        return claim.begin({}), self.settings[name]
+        return claim.begin({}), self.overrides[name]
 
 
 def _known(place: Place, claim: Claim) -> FrozenTrial | None:
@@ -179,15 +197,6 @@ def _value(place: Place) -> float:
     return place.trial.value
 
 
-def refusal(declaration: Declaration, point: Point) -> InputError | None:
-    """Why a point cannot be played."""
-    try:
-        build_parts(declaration.compose([*declaration.base, *overrides_of(point)]))
-    except InputError as error:
-        return error
-    return None
-
-
 def check_space(declaration: Declaration) -> None:
     """Compose and build the ends of all ranges and all choices, before anything is played.
 
@@ -196,6 +205,7 @@ def check_space(declaration: Declaration) -> None:
     InputError
         If the task or the searcher cannot be played, or a value of a parameter cannot.
     """
+    refusal = SearchJob(declaration).refusal
     base = declaration.compose(declaration.base)
     build_parts(base)
     known = sorted({*flatten(base.config), *groups()})
@@ -207,14 +217,14 @@ def check_space(declaration: Declaration) -> None:
         build_parts(declaration.compose([*declaration.base, *overrides]))
     seen = set()
     for point in diagonals(declaration.space):
-        if refusal(declaration, point) is None:
+        if refusal(point) is None:
             seen |= {(name, repr(value)) for name, value in point.items()}
     for parameter, value, points in corners(declaration.space):
         if (parameter.name, repr(value)) in seen:
             continue
         refusals: list[InputError] = []
         for point in points:
-            if (found := refusal(declaration, point)) is None:
+            if (found := refusal(point)) is None:
                 break
             refusals.append(found)
         else:

@@ -76,7 +76,7 @@ class Outcome:
                 "folder": str(self.comparison.folder.relative_to(folder)),
                 "commands": {
                     name: shlex.join(["origami-lab", *overrides, f"seed={_written(self.comparison.seeds)}"])
-                    for name, overrides in self.comparison.settings.items()
+                    for name, overrides in self.comparison.overrides.items()
                 },
             }
             if held_out["settings"]:

@@ -14,7 +14,7 @@ from optuna.exceptions import UpdateFinishedTrialError
 from optuna.trial import Trial, TrialState
 
 from origami_lab.errors import InputError
-from origami_lab.experiment.build import build_parts
+from origami_lab.experiment.build import Parts, build_parts
 from origami_lab.experiment.folder import FolderError, RunFolder, failed_row
 from origami_lab.experiment.locks import FolderInUseError
 from origami_lab.experiment.runner import summarise
@@ -31,8 +31,6 @@ from origami_lab.sweep.places import FAILED, STOPPED, Claim, Places
 
 SHORTEST_WAIT, LONGEST_WAIT = 0.1, 2.0
 """Seconds between two looks of a worker that has nothing to do, because others play the last trials."""
-OF_A_TRIAL = ("tracking=none", "files=designs", "workers=1", "verbosity=quiet", "resume=true")
-"""Settings of every trial's run: quick, and resumed where its folder is there already."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +102,8 @@ class Player:
         rows: dict[int, dict[str, Any]] = {seed: dict(row) for seed, row in folder.rows().items()}
         began = time.perf_counter()
         try:
-            _write_beginning(settings, folder)
+            if not folder.has_begun:
+                _write_beginning(settings, build_parts(settings), folder)
             returns: list[float] = []
             for step, seed in enumerate(job.seeds):
                 if not spent_budget(rows.get(seed, {})):
@@ -149,18 +148,13 @@ class Player:
 def trial_settings(job: Job, place: int, overrides: list[str]) -> Settings:
     """The settings of one trial's run; its config.yaml runs again by itself."""
     path: Path = job.path(place).absolute()
-    seeds = format_seeds(job.seeds)
-    written = str(seeds).replace(" ", "")
-    settings = job.declaration.compose([*overrides, f"seed={written}", *OF_A_TRIAL])
-    config = {**settings.config, "seed": seeds, "output": None, "resume": False}
+    settings = job.settings(overrides)
+    config = {**settings.config, "seed": format_seeds(job.seeds), "output": None, "resume": False}
     return replace(settings, output=path, config=config)
 
 
-def _write_beginning(settings: Settings, folder: RunFolder) -> None:
-    """What a run's folder begins with; of one that is resumed it is there."""
-    if folder.has_begun:
-        return
-    parts = build_parts(settings)
+def _write_beginning(settings: Settings, parts: Parts, folder: RunFolder) -> None:
+    """What a run's folder begins with."""
     folder.write_config(settings.config)
     if parts.target is not None:
         folder.write_target(parts.target)

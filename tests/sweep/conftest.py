@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -88,12 +87,12 @@ def running_workers(trials: list[FrozenTrial]) -> list[int]:
     return [trial.user_attrs["lease"]["worker"]["pid"] for trial in running]
 
 
-def start_command(folder: Path, *arguments: str, environment: Mapping[str, str] | None = None) -> subprocess.Popen[str]:
+def start_command(folder: Path, *arguments: str, **environment: str) -> subprocess.Popen[str]:
     """`origami-lab sweep` in a process of its own, which leads a group."""
     return subprocess.Popen(
         [sys.executable, "-m", "origami_lab", "sweep", *arguments],
         cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(ROOT), **(environment or {})},
+        env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
