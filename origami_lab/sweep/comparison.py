@@ -14,7 +14,7 @@ from origami_lab.reporting.tables import Spread, spread_of
 RESAMPLES = 10_000
 CONFIDENCE = 0.95
 METHOD = (
-    "difference of the mean returns, its 95 % interval from 10,000 bootstrap resamples of the seeds (percentiles), "
+    "the difference of the mean returns, its 95 % interval from 10,000 bootstrap resamples of the seeds (percentiles), "
     "and the two-sided p-value of a permutation test of it (10,000 permutations)"
 )
 

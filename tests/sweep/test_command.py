@@ -41,6 +41,7 @@ def runs_in(folder: Path) -> list[Any]:
     return list(client.search_runs(experiments))
 
 
+@pytest.mark.slow
 def test_two_workers_find_what_one_finds(swept: Path, tmp_path: Path) -> None:
     alone = play_here(declare(tmp_path))
     table = (swept / "out" / "trials.csv").read_text().splitlines()
@@ -51,6 +52,7 @@ def test_two_workers_find_what_one_finds(swept: Path, tmp_path: Path) -> None:
         assert int(cells[6]) == params["search.population"]
 
 
+@pytest.mark.slow
 def test_the_best_runs_again_as_it_is(swept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(swept)
     best = summary_of(swept)["best"]

@@ -39,7 +39,7 @@ SLOW: dict[str, Any] = {
     "searcher": "napper",
     "config_dir": str(ROOT / "tests/sweep/conf"),
     "space": {"search.skip": {"low": 0, "high": 1000}},
-    "trials": 12,
+    "trials": 10,
 }
 """A sweep whose trials can be caught while they run, and whose returns do not depend on how slow they are."""
 POSTGRES = Path("/usr/lib/postgresql")

@@ -40,6 +40,7 @@ def test_a_trial_is_a_run_folder_and_its_value_the_mean(whole: tuple[Path, list[
     assert best.trial.value == max(place.trial.value for place in places if place.state == "complete")
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_study_also_if_it_was_stopped_twice(
     tmp_path: Path, whole: tuple[Path, list[Any]]
 ) -> None:
