@@ -104,6 +104,8 @@ class _Member:
     pipe: Connection
     limit: CallLimit
     ended: bool = False
+    hung: bool = False
+    """Whether it was killed for the time of one call."""
 
 
 class Crew:
@@ -164,8 +166,9 @@ class Crew:
             else:
                 self.warm = True
         for member in pipes.values():
-            if not member.ended and member.limit.exceeded():
+            if not member.ended and not member.hung and member.limit.exceeded():
                 limit = f"the objective took longer than objective_seconds={member.limit.seconds:g} in one call"
+                member.hung = True
                 self.hung(int(member.process.pid or 0), limit)
                 member.process.kill()
         if self.errors and not self.stopping:
@@ -215,11 +218,12 @@ class Crew:
         code = member.process.exitcode
         if self.stopping:
             return
-        self.deaths += 1
         cause = f"killed by signal {-code}" if code is not None and code < 0 else f"exit code {code}"
+        if not member.hung:  # what happened is said of its trial otherwise
+            self.deaths += 1
+            self.say(f"warning: a worker died ({cause}); another one plays its trial again")
         if self.deaths > MOST_DEATHS:
             self.errors.append(Ended(f"{self.deaths} workers died, the last one {cause}"))
             return
-        self.say(f"warning: a worker died ({cause}); another one plays its trial again")
         self._members[self._members.index(member)] = self._start()
         member.pipe.close()

@@ -66,9 +66,7 @@ def slices(record: Mapping[str, Any], space: Sequence[Parameter]) -> Figure:
             axes.set_xticks(range(len(parameter.choices)), [shown(value) for value in parameter.choices])
             axes.set_xlim(-0.5, len(parameter.choices) - 0.5)
         else:
-            axes.set_xscale("log" if parameter.log else "linear")
-            if parameter.log:
-                _label_log(axes, parameter)
+            _scale(axes, parameter)
         _finish(axes, parameter.name, "mean return" if number % columns == 0 else "")
         axes.tick_params(labelleft=number % columns == 0, labelsize=7)
     return figure
@@ -109,11 +107,18 @@ def _place(parameter: Parameter, value: Any) -> float:
     )
 
 
-def _label_log(axes: Axes, parameter: Parameter) -> None:
-    """Plain numbers, few enough to be read."""
+def _scale(axes: Axes, parameter: Parameter) -> None:
+    """The whole range; on a logarithmic scale with plain numbers, few enough to be read."""
+    if not parameter.log:
+        margin = 0.05 * (parameter.high - parameter.low)
+        axes.set_xlim(parameter.low - margin, parameter.high + margin)
+        return
     from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
-    decades = np.log10(parameter.high / parameter.low)
+    decades = float(np.log10(parameter.high / parameter.low))
+    margin_factor = 10 ** (0.05 * decades)
+    axes.set_xlim(parameter.low / margin_factor, parameter.high * margin_factor)
+    axes.set_xscale("log")
     axes.xaxis.set_major_locator(LogLocator(10, subs=(1.0, 2.0, 5.0) if decades < 1.8 else (1.0,)))
     axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
     axes.xaxis.set_minor_formatter(NullFormatter())

@@ -22,7 +22,7 @@ from origami_lab.sweep.outcome import Outcome
 from origami_lab.sweep.places import STOPPED, Place, Places
 from origami_lab.sweep.processes import Worker
 from origami_lab.sweep.records import record_of, write_record
-from origami_lab.sweep.storage import KEY, TROUBLE, StorageError, explain, open_storage, storage_name
+from origami_lab.sweep.storage import JOURNAL, KEY, TROUBLE, StorageError, explain, open_storage, storage_name
 from origami_lab.sweep.tracking import check_sweep_tracking, make_sweep_tracker
 
 if TYPE_CHECKING:
@@ -128,16 +128,19 @@ class SharedStudy:
         InputError
             If it was declared otherwise, something in the space cannot be played, or the folder is another study's.
         """
-        folder = declaration.folder
-        _check_writable(folder)
-        storage = open_storage(declaration)
-        is_new = declaration.study not in (study.study_name for study in storage.get_all_studies())
-        if is_new:
-            if (folder / "trials").is_dir() and storage_is_here(declaration):
+        folder, own = declaration.folder, declaration.storage is None
+        # nothing is written before the declaration is known to be good
+        if not own or (folder / JOURNAL).is_file():
+            names = [study.study_name for study in open_storage(declaration).get_all_studies()]
+        else:
+            names = []
+        if declaration.study not in names:
+            if own and (folder / "trials").is_dir():
                 expected = f"holds trials of a study that {storage_name(declaration)} does not have; choose another one"
                 raise InputError("output", folder, expected)
             check_space(declaration)
-        study = cls(declaration, storage)
+        _check_writable(folder)
+        study = cls(declaration, open_storage(declaration))
         study.places.fill()
         return study
 
@@ -194,11 +197,6 @@ class SharedStudy:
         record = record_of(self.declaration, self.key, self.look())
         outcome = Outcome(self.declaration, self.places.study, record, self.comparison, compared, command)
         return outcome.write()
-
-
-def storage_is_here(declaration: Declaration) -> bool:
-    """Whether the storage is the folder's own journal."""
-    return declaration.storage is None
 
 
 def _check_writable(folder: Path) -> None:

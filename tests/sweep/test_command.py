@@ -12,7 +12,7 @@ from PIL import Image
 
 from origami_lab.cli import main
 from origami_lab.reporting.tables import read_trials
-from tests.sweep.conftest import declare, play_here, values, write_file
+from tests.sweep.conftest import ROOT, declare, play_here, values, write_file
 
 
 @pytest.fixture(scope="module")
@@ -126,6 +126,10 @@ def test_refused_before_anything_is_written(
         err = capsys.readouterr().err
         assert err.startswith(f"error: {begin}"), err
         assert err.count("\n") == 1
+    write_file(tmp_path, output="out", space={"search.sigma_9": {"low": 1, "high": 2}})
+    assert main(["sweep", "small.yaml"]) == 2
+    assert "did you mean search.sigma_" in capsys.readouterr().err
+    assert [file.name for file in tmp_path.iterdir()] == ["small.yaml"]
     assert main(["sweep", "small.yaml", "storage=postgresql://u:secret@127.0.0.1:9/x"]) in (1, 2)
     err = capsys.readouterr().err
     assert "secret" not in err
@@ -142,3 +146,20 @@ def test_another_declaration_cannot_take_over_a_folder(
     ):
         assert main(["sweep", "small.yaml", "tracking=none", change]) == 2
         assert capsys.readouterr().err.startswith(f"error: {begin}")
+
+
+@pytest.mark.slow
+def test_an_objective_that_hangs_fails_its_trial_only(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "notes").mkdir()
+    task = ["objective=broken", "board=9x9", "symmetry=xy", "objective_seconds=1"]
+    task += ["objective.ways=[hangs_in_c]", f"objective.notes={tmp_path}/notes"]
+    write_file(tmp_path, output="out", trials=2, task=task, config_dir=str(ROOT / "tests/experiment/conf"))
+    assert main(["sweep", "small.yaml"]) == 1
+    lines = (tmp_path / "out" / "trials.csv").read_text().splitlines()
+    assert lines[1].startswith("0,failed")
+    assert "longer than objective_seconds=1 in one call" in lines[1]
+    assert lines[2].startswith("1,complete")
+    assert "Best: trial 1" in capsys.readouterr().out
