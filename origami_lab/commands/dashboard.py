@@ -46,13 +46,18 @@ def main(arguments: Sequence[str]) -> int:
 def _sync(directories: Sequence[Path], uri: str | None) -> int:
     from origami_lab.experiment.stores import how_to_look
     from origami_lab.experiment.sync import sync
+    from origami_lab.sweep.tracking import find_studies, sync_studies
 
-    failed, stores = sync(
-        directories,
-        uri,
-        lambda line: print(line, flush=True),
-        lambda line: print(f"error: {line}", file=sys.stderr, flush=True),
-    )
+    def say(line: str) -> None:
+        print(line, flush=True)
+
+    def complain(line: str) -> None:
+        print(f"error: {line}", file=sys.stderr, flush=True)
+
+    studies = [study for directory in directories for study in find_studies(directory)]
+    failed, stores = sync(directories, uri, say, complain, skip=studies)
+    failed_studies, their_stores = sync_studies(studies, uri, say, complain)
+    failed, stores = failed + failed_studies, stores | their_stores
     for store in sorted(stores):
         print(f"to look at it: {how_to_look(store)}")
     return 1 if failed else 0

@@ -13,13 +13,17 @@ RUNNING = ".running"
 """The file that a run has locked in its folder, and removes when it ends."""
 
 
+class FolderInUseError(InputError):
+    """Another process has the run folder."""
+
+
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
     """Keep a run folder for this process. The system drops the lock when the process ends, in whatever way.
 
     Raises
     ------
-    InputError
+    FolderInUseError
         If another process has it.
     """
     try:
@@ -34,7 +38,9 @@ def locked(folder: Path) -> Iterator[None]:
             try:
                 fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError as error:
-                raise InputError("output", folder, "must be a folder that no running experiment writes to") from error
+                raise FolderInUseError(
+                    "output", folder, "must be a folder that no running experiment writes to"
+                ) from error
             except OSError:  # a file system without locks
                 pass
             if not _is_at(descriptor, path):  # its last owner removed it in the meantime

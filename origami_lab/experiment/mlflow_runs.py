@@ -15,8 +15,7 @@ import math
 import time
 import uuid
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -30,11 +29,11 @@ from origami_lab.experiment.stores import (
     RefusedError,
     StoreError,
     absolute_uri,
-    cause_of,
+    experiment_id,
     explain,
+    in_plain_words,
     open_client,
     probe,
-    sqlite_file,
 )
 from origami_lab.reporting.tables import (
     FAILED,
@@ -92,7 +91,7 @@ class Runs:
         self.children: defaultdict[int, list[_Logged]] = defaultdict(list)
         self.unsure = True
         """Whether the store may hold something else than noted here."""
-        with self._in_plain_words():
+        with in_plain_words(self.uri):
             probe(uri)
         note = read_note(folder)
         self.key = str(note.get("key") or uuid.uuid4().hex)
@@ -103,12 +102,12 @@ class Runs:
                 write_note(folder, changed)
             except OSError as error:  # the folder's trouble, not the store's
                 raise RefusedError(f"{folder} cannot be written ({error.strerror or error})") from error
-        with self._in_plain_words():
+        with in_plain_words(self.uri):
             self.client = open_client(uri)
             name = settings.tracking.get("experiment") or (
                 self.multirun[0].experiment if self.multirun else settings.task
             )
-            self.experiment = self._experiment(str(name))
+            self.experiment = experiment_id(self.client, uri, str(name))
 
     def push(self, live: bool, pushed: Callable[[int], None] = lambda seed: None) -> int:
         """Add what the store does not have yet.
@@ -131,7 +130,7 @@ class Runs:
         """
         rows = RunFolder(self.folder).known_rows()
         added, failure = 0, None
-        with self._in_plain_words():
+        with in_plain_words(self.uri):
             if self.unsure:
                 self._look()
             parent = self._take_up_parent(live)
@@ -139,7 +138,7 @@ class Runs:
             if live and row["status"] == STOPPED:
                 continue
             try:
-                with self._in_plain_words():
+                with in_plain_words(self.uri):
                     if self._push_trial(parent, seed, row):
                         added += 1
                         pushed(seed)
@@ -149,7 +148,7 @@ class Runs:
                 self.unsure = True
                 failure = RefusedError(f"seed {seed} could not be added: {explain(error, self.uri)}")
         if not live:
-            with self._in_plain_words():
+            with in_plain_words(self.uri):
                 ended = self._end_parent(parent, rows)
             added = added or (0 if ended else -1)
         if failure is not None:
@@ -179,23 +178,6 @@ class Runs:
             self.children[int(run.data.tags["seed"])].append(_logged(run))
         self.unsure = False
 
-    def _experiment(self, name: str) -> str:
-        found = self.client.get_experiment_by_name(name)
-        if found is None:
-            file = sqlite_file(self.uri)
-            # beside the database, wherever the command runs
-            location = None if file is None else (file.absolute().parent / "mlartifacts" / name).as_uri()
-            tags = {"mlflow.experimentKind": "custom_model_development"}  # the dashboard opens on the runs
-            try:
-                return str(self.client.create_experiment(name, artifact_location=location, tags=tags))
-            except Exception:  # another run made it in the meantime
-                found = self.client.get_experiment_by_name(name)
-                if found is None:
-                    raise
-        if found.lifecycle_stage != "active":
-            raise RefusedError(f"the experiment {name} was deleted there; restore it, or give tracking.experiment=NAME")
-        return str(found.experiment_id)
-
     # --- what is added ---
 
     def _take_up_parent(self, live: bool) -> str:
@@ -212,7 +194,7 @@ class Runs:
         """Log one trial as a child run, unless it is there; whether it was not."""
         from mlflow.entities import RunTag
 
-        content = _digest(dict(row))
+        content = digest(dict(row))
         there = [logged for logged in self.children[seed] if logged.content == content]
         for logged in self.children[seed]:
             if logged not in there[:1]:
@@ -253,7 +235,7 @@ class Runs:
         """Log the experiment's figures, table and best pictures on the parent and end it; whether that was to do."""
         summary = summary_of(self.folder)
         whole = all(seed in rows and rows[seed]["status"] != STOPPED for seed in self.settings.seeds)
-        content = _digest({"rows": dict(rows), "summary": summary})
+        content = digest({"rows": dict(rows), "summary": summary})
         if self.parent == _Logged(run, content):
             return False
         self._log_figures(run, rows, summary)
@@ -345,20 +327,8 @@ class Runs:
                 for row in csv.DictReader(file)
             ]
 
-    @contextmanager
-    def _in_plain_words(self) -> Iterator[None]:
-        """What is wrong with the store, and not with what is written to it, becomes a StoreError."""
-        try:
-            yield
-        except StoreError:
-            raise
-        except Exception as error:
-            if cause_of(str(error), self.uri) is None:
-                raise
-            raise StoreError(explain(error, self.uri)) from error
 
-
-def _digest(content: Mapping[Any, Any]) -> str:
+def digest(content: Mapping[Any, Any]) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
 

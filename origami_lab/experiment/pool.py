@@ -142,8 +142,7 @@ class Pool:
         limit = CallLimit(self._context, self._settings.objective_seconds)
         arguments = (theirs, self._settings, limit.number, first)
         process = self._context.Process(target=serve, args=arguments, daemon=True)
-        with _environment(ONE_THREAD), _hidden_main(), blocked_interrupts():
-            process.start()
+        start_apart(process)
         theirs.close()
         return _Worker(process, ours, limit)
 
@@ -202,6 +201,12 @@ class Pool:
 def _is_under_way(event: Event) -> bool:
     """Whether a trial has played and certified a design, or is over."""
     return isinstance(event, Finished | Failed) or (isinstance(event, Progress) and event.best is not None)
+
+
+def start_apart(process: SpawnProcess) -> None:
+    """Start a process that uses one core, hears no Ctrl-C and imports nothing of the parent's script."""
+    with _environment(ONE_THREAD), _hidden_main(), blocked_interrupts():
+        process.start()
 
 
 @contextmanager

@@ -15,7 +15,7 @@ import threading
 import time
 from contextlib import suppress
 from pathlib import Path
-from typing import TextIO
+from typing import Any, TextIO
 
 from origami_lab.experiment.interrupts import ignore_interrupts
 from origami_lab.experiment.locks import held
@@ -33,16 +33,14 @@ class Pusher:
 
     def __init__(self, folder: Path, uri: str, answers: TextIO) -> None:
         self.folder, self.uri, self.answers = folder, uri, answers
-        self.runs: Runs | None = None
+        self.runs: Any = None
+        """What is known of the store; None before it is opened."""
         self.trouble = False
 
     def push(self, live: bool) -> None:
         """Try to bring the store up to date, and answer how it went."""
         try:
-            settings = read_run(self.folder)
-            self.runs = self.runs or Runs(settings, self.folder, self.uri)
-            self.runs.settings = settings
-            self.runs.push(live, lambda seed: self.answer("pushed", seed))
+            self.add_missing(live)
         except Exception as error:
             self.runs = None
             self.trouble = True
@@ -52,12 +50,19 @@ class Pusher:
                 self.answer("trouble", None)
             self.trouble = False
 
+    def add_missing(self, live: bool) -> None:
+        """Add what the store does not have yet."""
+        settings = read_run(self.folder)
+        self.runs = self.runs or Runs(settings, self.folder, self.uri)
+        self.runs.settings = settings
+        self.runs.push(live, lambda seed: self.answer("pushed", seed))
+
     def answer(self, what: str, value: object) -> None:
         self.answers.write(json.dumps({what: value}) + "\n")
         self.answers.flush()
 
 
-def main(folder: Path, uri: str) -> None:
+def main(folder: Path, uri: str, kind: type[Pusher] = Pusher) -> None:
     """Serve one experiment."""
     ignore_interrupts()  # batch systems signal every process; the end of stdin says when to leave
     # what others print must not be taken for an answer
@@ -74,7 +79,7 @@ def main(folder: Path, uri: str) -> None:
         words.put("")
 
     threading.Thread(target=read, daemon=True).start()
-    pusher = Pusher(folder, uri, answers)
+    pusher = kind(folder, uri, answers)
     with held(folder, wait=True):
         while True:
             news = {words.get()}

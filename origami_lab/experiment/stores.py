@@ -11,7 +11,8 @@ import re
 import shlex
 import sqlite3
 import warnings
-from contextlib import closing
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -207,6 +208,44 @@ def open_client(uri: str) -> MlflowClient:
         if file is not None and not file.name.startswith("file:"):
             create_database(file)
         return MlflowClient(tracking_uri=uri)
+
+
+def experiment_id(client: MlflowClient, uri: str, name: str) -> str:
+    """The MLflow experiment of that name; it is made if there is none.
+
+    Raises
+    ------
+    RefusedError
+        If it was deleted.
+    """
+    found = client.get_experiment_by_name(name)
+    if found is None:
+        file = sqlite_file(uri)
+        # beside the database, wherever the command runs
+        location = None if file is None else (file.absolute().parent / "mlartifacts" / name).as_uri()
+        tags = {"mlflow.experimentKind": "custom_model_development"}  # the dashboard opens on the runs
+        try:
+            return str(client.create_experiment(name, artifact_location=location, tags=tags))
+        except Exception:  # another run made it in the meantime
+            found = client.get_experiment_by_name(name)
+            if found is None:
+                raise
+    if found.lifecycle_stage != "active":
+        raise RefusedError(f"the experiment {name} was deleted there; restore it, or give tracking.experiment=NAME")
+    return str(found.experiment_id)
+
+
+@contextmanager
+def in_plain_words(uri: str) -> Iterator[None]:
+    """What is wrong with the store, and not with what is written to it, becomes a StoreError."""
+    try:
+        yield
+    except StoreError:
+        raise
+    except Exception as error:
+        if cause_of(str(error), uri) is None:
+            raise
+        raise StoreError(explain(error, uri)) from error
 
 
 def create_database(path: Path) -> None:

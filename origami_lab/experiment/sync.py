@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -50,7 +50,11 @@ def _alone(folder: Path) -> Iterator[bool]:
 
 
 def sync(
-    directories: Sequence[Path], uri: str | None, say: Callable[[str], None], complain: Callable[[str], None]
+    directories: Sequence[Path],
+    uri: str | None,
+    say: Callable[[str], None],
+    complain: Callable[[str], None],
+    skip: Collection[Path] = (),
 ) -> tuple[int, set[str]]:
     """Push what the stores do not have yet; one line a run folder.
 
@@ -60,6 +64,8 @@ def sync(
         The store to push to; None for the one that each run folder names, or the default one.
     say, complain
         Take lines about folders that went well, and about those that did not.
+    skip
+        Folders whose run folders are left out.
 
     Returns
     -------
@@ -76,6 +82,8 @@ def sync(
     failed, stores = 0, set[str]()
     dead: dict[str, str] = {}
     for folder in (folder for directory in directories for folder in find_runs(directory, "--sync")):
+        if any(folder.is_relative_to(left_out) for left_out in skip):
+            continue
         store = uri
         try:
             settings = read_run(folder)

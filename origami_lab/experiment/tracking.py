@@ -14,7 +14,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -30,6 +30,9 @@ SHORT_PATIENCE_SECONDS = 20.0
 """How long it waits for one that failed before: it gets one more chance."""
 QUIET_SECONDS = 3.0
 """How long it waits without a word."""
+
+PUSHER = "origami_lab.experiment.pusher"
+"""The module that is run for an experiment."""
 
 Say = Callable[[str], None]
 
@@ -73,17 +76,28 @@ def store_of(settings: Settings, folder: Path | None) -> str:
 
 
 class MlflowTracker:
-    """Tells a process of its own that there is something to push, so that no store can hold up a trial."""
+    """Tells a process of its own that there is something to push, so that no store can hold up a trial.
 
-    def __init__(self, folder: Path, uri: str, say: Say) -> None:
+    Parameters
+    ----------
+    pusher
+        The module that is run as that process.
+    later
+        The command that pushes what was missed; None for ``dashboard --sync``.
+    """
+
+    def __init__(
+        self, folder: Path, uri: str, say: Say, *, pusher: str = PUSHER, later: Sequence[str] | None = None
+    ) -> None:
         self._folder, self._uri, self._say = folder, uri, say
+        self._later = ["origami-lab", "dashboard", "--sync", str(folder)] if later is None else later
         self._trials = self._pushed = 0
         self._trouble = self._warned = self._done = False
         self._process: subprocess.Popen[str] | None = None
         package = str(Path(origami_lab.__file__).parents[1])
         path = os.pathsep.join(filter(None, (package, os.environ.get("PYTHONPATH"))))
         # -P: nothing in the working directory is imported; a session of its own: Ctrl-C reaches us only
-        command = [sys.executable, "-P", "-m", "origami_lab.experiment.pusher", str(folder), absolute_uri(uri)]
+        command = [sys.executable, "-P", "-m", pusher, str(folder), absolute_uri(uri)]
         try:
             self._process = subprocess.Popen(
                 command,
@@ -158,5 +172,5 @@ class MlflowTracker:
     def _warn(self, reason: str) -> None:
         if not self._warned:
             self._warned = True
-            later = f"origami-lab dashboard --sync {shlex.quote(str(self._folder))}"
+            later = shlex.join(self._later)
             self._say(f"warning: tracking: {reason}; results are on disk; push them later with: {later}")

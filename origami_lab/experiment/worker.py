@@ -86,7 +86,7 @@ def serve(pipe: Connection, settings: Settings, call_number: Any, kernels: bool)
     """
     # the parent gets them too and tells its workers what to do
     ignore_interrupts()
-    threading.Thread(target=_leave_with_parent, daemon=True, name="parent").start()
+    threading.Thread(target=leave_with_parent, daemon=True, name="parent").start()
     # what a user's objective prints must not mix with the parent's tables
     sys.stdout = sys.stderr
     calls = Calls(call_number)
@@ -106,7 +106,7 @@ def serve(pipe: Connection, settings: Settings, call_number: Any, kernels: bool)
         pass
 
 
-def _leave_with_parent() -> None:
+def leave_with_parent() -> None:
     """End this process when the parent is killed, whatever it is doing: another run may take up the folder at once."""
     parent = multiprocessing.parent_process()
     if parent is not None:
@@ -132,10 +132,10 @@ def _answer(task: Task, pipe: Connection, orders: _Orders, parts: Parts | None, 
     except FolderError as error:
         return Failed(task.seed, f"cannot write its files: {error.why}", "", error.why)
     except BaseException as error:  # also what a user's objective may do to end a program
-        return Failed(task.seed, _reason(error), traceback.format_exc())
+        return Failed(task.seed, reason_of(error), traceback.format_exc())
 
 
-def _reason(error: BaseException) -> str:
+def reason_of(error: BaseException) -> str:
     """The error in one short line."""
     kind = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
     try:

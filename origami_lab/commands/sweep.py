@@ -1,0 +1,67 @@
+"""`origami-lab sweep`: tune a searcher by an Optuna study that one YAML file declares."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from origami_lab.errors import EXIT_FAILED
+
+EPILOG = """\
+The same command goes on where a sweep was interrupted; given on several machines with one storage=URL, all play the
+same study. Keys of the file may be set after it: trials=100 workers=2 sampler.seed=1 output=DIR tracking=none
+storage=postgresql://USER@HOST/NAME. See docs/sweeps.md."""
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Run a sweep to its end, or go on with it; returns the exit code."""
+    parser = argparse.ArgumentParser(
+        "origami-lab sweep",
+        description="Tune a searcher: one Optuna study, declared in a YAML file.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("file", metavar="FILE", help="the sweep's YAML file, e.g. sweeps/evo_bowl.yaml")
+    parser.add_argument("changes", nargs="*", metavar="KEY=VALUE", help="what is other than in the file")
+    parser.add_argument("--quiet", action="store_true", help="say nothing but warnings and errors")
+    try:
+        options = parser.parse_args(arguments)
+    except SystemExit as ended:
+        return int(ended.code or 0)
+    from rich.console import Console
+
+    from origami_lab.experiment.composing import working_directory_importable
+    from origami_lab.experiment.stores import how_to_look
+    from origami_lab.sweep.declaration import read_declaration
+    from origami_lab.sweep.outcome import PAGE
+    from origami_lab.sweep.run import run_sweep
+    from origami_lab.sweep.storage import StorageError
+    from origami_lab.sweep.tracking import store_of_study
+
+    declaration = read_declaration(find_file(options.file), options.changes)
+    try:
+        with working_directory_importable():
+            console = Console(stderr=True)
+            sweep = run_sweep(declaration, console, ["origami-lab", "sweep", *arguments], options.quiet)
+    except StorageError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return EXIT_FAILED
+    if sweep.summary and not options.quiet:
+        print((sweep.folder / PAGE).read_text(encoding="utf-8").partition("![")[0].rstrip())
+        if declaration.tracking["kind"] == "mlflow":
+            print(f"to look at it: {how_to_look(store_of_study(declaration))}")
+    print(sweep.folder)
+    return sweep.exit_code
+
+
+def find_file(word: str) -> Path:
+    """The file; one of those that come with the package, where there is none of that name here."""
+    from origami_lab.experiment.configuration import config_dir
+
+    file = Path(word).expanduser()
+    if file.exists() or file.is_absolute() or file.parts[0] != "sweeps":
+        return file
+    shipped = config_dir().parent / file
+    return shipped if shipped.is_file() else file

@@ -1,0 +1,100 @@
+"""What a person sees of a sweep: a line that moves in a terminal, a line a trial in a log, or nothing."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from origami_lab.experiment.progress import ANNOUNCE_COMPILATION_AFTER
+from origami_lab.sweep.jobs import best_place, returns_of
+from origami_lab.sweep.places import Place
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.status import Status
+
+
+class SweepDisplay:
+    """Says what has ended; in a terminal also how far it is, the best so far and the time left."""
+
+    def __init__(self, console: Console, quiet: bool, trials: int, seeds: int) -> None:
+        self.console, self.quiet, self.trials, self.seeds = console, quiet, trials, seeds
+        self.told: set[int] = set()
+        self.began = time.monotonic()
+        self.first = 0
+        """How many were done at the start."""
+        self.announced = False
+        self._status: Status | None = None
+
+    def __enter__(self) -> SweepDisplay:
+        if self.console.is_terminal and not self.console.is_dumb_terminal and not self.quiet:
+            self._status = self.console.status("starting")
+            self._status.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._status is not None:
+            self._status.stop()
+
+    def say(self, line: str) -> None:
+        """Show one line of text as it is."""
+        self.console.print(line, highlight=False, markup=False, soft_wrap=True)
+
+    def note(self, line: str) -> None:
+        """Show what can be done without."""
+        if not self.quiet:
+            self.say(line)
+
+    def resume(self, places: Sequence[Place]) -> None:
+        """Take in what was done before."""
+        self.told = {place.number for place in places if place.done}
+        self.first = len(self.told)
+        if self.told:
+            self.note(f"{self.first} of {self.trials} trials are done")
+
+    def show(self, places: Sequence[Place], warm: bool) -> None:
+        """Take in how it stands."""
+        waited = time.monotonic() - self.began
+        if not warm and not self.announced and waited > 2 * ANNOUNCE_COMPILATION_AFTER:
+            self.announced = True
+            self.note("loading the kernels; the first time on a machine they are compiled, which takes a minute")
+        for place in places:
+            if place.done and place.number not in self.told:
+                self.told.add(place.number)
+                self.note(self._line(place))
+        if self._status is not None:
+            self._status.update(self._progress(places))
+
+    def compare(self, places: Sequence[Place]) -> None:
+        """Show how far the comparison is."""
+        if self._status is not None:
+            done = sum(place.done for place in places)
+            self._status.update(f"comparing on held-out seeds: {done} of {len(places)} settings played")
+
+    def _line(self, place: Place) -> str:
+        trial = place.trial
+        if trial is None or place.state == "failed":
+            return f"trial {place.number}: {place.reason}"
+        played = len(returns_of(place))
+        pruned = f", given up after {played} of {self.seeds} seeds" if place.state == "pruned" else ""
+        again = f", played again {place.losses}×" if place.losses else ""
+        return f"trial {place.number}: {trial.value:.4f}{pruned}{again}"
+
+    def _progress(self, places: Sequence[Place]) -> str:
+        done = sum(place.done for place in places)
+        running = sum(place.state == "running" for place in places)
+        parts = [f"{done} of {self.trials} trials done", f"{running} running"]
+        best = best_place(places)
+        if best is not None and best.trial is not None:
+            parts.append(f"best {best.trial.value:.4f} (trial {best.number})")
+        if done > self.first:
+            left = (time.monotonic() - self.began) / (done - self.first) * (self.trials - done)
+            parts.append(f"about {_duration(left)} left")
+        return " · ".join(parts)
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"

@@ -1,0 +1,163 @@
+"""Playing the trials of a study: one after the other, seed by seed, each trial in a run folder of its own."""
+
+from __future__ import annotations
+
+import time
+import traceback
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from optuna.exceptions import UpdateFinishedTrialError
+from optuna.trial import Trial, TrialState
+
+from origami_lab.errors import InputError
+from origami_lab.experiment.build import Parts, build_parts
+from origami_lab.experiment.folder import FolderError, RunFolder, failed_row
+from origami_lab.experiment.locks import FolderInUseError
+from origami_lab.experiment.runner import summarise
+from origami_lab.experiment.seeds import format_seeds
+from origami_lab.experiment.settings import Settings
+from origami_lab.experiment.trial import run_trial
+from origami_lab.experiment.watch import Calls
+from origami_lab.experiment.watched import watched
+from origami_lab.experiment.worker import reason_of
+from origami_lab.game.seeding import saved_start
+from origami_lab.reporting.tables import STOPPED as SEED_STOPPED
+from origami_lab.reporting.tables import spent_budget
+from origami_lab.sweep.jobs import RETURNS, Job, mean_of
+from origami_lab.sweep.places import FAILED, STOPPED, Claim, Places
+
+SHORTEST_WAIT, LONGEST_WAIT = 0.1, 2.0
+"""Seconds between two looks of a worker that has nothing to do, because others play the last trials."""
+
+
+@dataclass(frozen=True)
+class Player:
+    """Plays trials until a study is done, or it is told to stop.
+
+    Parameters
+    ----------
+    should_stop
+        Asked often while a seed is played.
+    seed_ended
+        Called after each seed: the kernels are loaded then.
+    calls
+        Numbers the calls of a user's objective; None if nobody watches how long they take.
+    """
+
+    should_stop: Callable[[], bool]
+    seed_ended: Callable[[], None] = lambda: None
+    calls: Calls | None = None
+
+    def work(self, job: Job, places: Places) -> bool:
+        """Play what nobody else plays, until all places are done; False if stopped before."""
+        wait = SHORTEST_WAIT
+        while not self.should_stop():
+            places.reap()
+            places.fill()
+            claim = places.claim()
+            if claim is not None:
+                self.play(job, claim)
+                wait = SHORTEST_WAIT
+            elif all(place.done for place in places.look()):
+                return True
+            else:
+                time.sleep(wait)
+                wait = min(2 * wait, LONGEST_WAIT)
+        return False
+
+    def play(self, job: Job, claim: Claim) -> None:
+        """Play one trial and tell the study how it ended.
+
+        Raises
+        ------
+        FolderError
+            If the run folder cannot be written; the trial waits for another worker then.
+        """
+        with claim:
+            try:
+                trial, overrides = job.begin(claim)
+                settings = trial_settings(job, claim.place, overrides)
+                claim.note("folder", str(job.path(claim.place).absolute()))
+                claim.note("host", claim.places.worker.host.partition(" ")[0])
+                with RunFolder.opened(settings) as folder:
+                    self._play_seeds(job, claim, trial, settings, folder)
+            except UpdateFinishedTrialError:  # others took it for lost
+                claim.lost = True
+            except FolderInUseError:  # by a worker that was taken for lost and lives
+                claim.fail(STOPPED)
+                time.sleep(LONGEST_WAIT)
+            except FolderError:
+                claim.fail(STOPPED)
+                raise
+            except InputError as error:
+                claim.fail(f"{FAILED}: {error}")
+            except KeyboardInterrupt:
+                claim.fail(STOPPED)
+                raise
+
+    def _play_seeds(self, job: Job, claim: Claim, trial: Trial, settings: Settings, folder: RunFolder) -> None:
+        rows: dict[int, dict[str, Any]] = {seed: dict(row) for seed, row in folder.rows().items()}
+        began = time.perf_counter()
+        try:
+            if not folder.has_begun:
+                _write_beginning(settings, build_parts(settings), folder)
+            returns: list[float] = []
+            for step, seed in enumerate(job.seeds):
+                if not spent_budget(rows.get(seed, {})):
+                    rows[seed] = self._play_seed(claim, settings, folder, seed)
+                    self.seed_ended()
+                row = rows[seed]
+                folder.write_trials(rows.values())
+                if not spent_budget(row):
+                    why = str(row["status"]).partition(": ")[2]
+                    claim.fail(STOPPED if row["status"] == SEED_STOPPED else f"{FAILED}: seed {seed}: {why}")
+                    return
+                returns.append(float(row["return"]))
+                trial.report(mean_of(returns) if job.means else returns[-1], step)
+                if step + 1 < len(job.seeds) and trial.should_prune():
+                    claim.note(RETURNS, returns)
+                    claim.end(TrialState.PRUNED, mean_of(returns))
+                    return
+            claim.note(RETURNS, returns)
+            claim.end(TrialState.COMPLETE, mean_of(returns))
+        except OSError as error:
+            raise FolderError(error) from error
+        finally:
+            with suppress(OSError):
+                seconds = time.perf_counter() - began
+                stopped = not all(spent_budget(row) for row in rows.values())
+                folder.write_summary(summarise(settings, rows, ["origami-lab", "sweep"], seconds, stopped))
+
+    def _play_seed(self, claim: Claim, settings: Settings, folder: RunFolder, seed: int) -> dict[str, Any]:
+        try:
+            parts = build_parts(settings)
+            if self.calls is not None:
+                parts = replace(parts, objective=watched(parts.objective, self.calls))
+            stop = lambda: claim.lost or self.should_stop()  # noqa: E731
+            return run_trial(settings, seed, folder, should_stop=stop, parts=parts)[0]
+        except (FolderError, KeyboardInterrupt):
+            raise
+        except BaseException as error:  # also what a user's objective may do to end a program
+            folder.write_error(seed, traceback.format_exc())
+            return failed_row(seed, reason_of(error))
+
+
+def trial_settings(job: Job, place: int, overrides: list[str]) -> Settings:
+    """The settings of one trial's run; its config.yaml runs again by itself."""
+    path: Path = job.path(place).absolute()
+    settings = job.settings(overrides)
+    config = {**settings.config, "seed": format_seeds(job.seeds), "output": None, "resume": False}
+    return replace(settings, output=path, config=config)
+
+
+def _write_beginning(settings: Settings, parts: Parts, folder: RunFolder) -> None:
+    """What a run's folder begins with."""
+    folder.write_config(settings.config)
+    if parts.target is not None:
+        folder.write_target(parts.target)
+    if parts.game.start_moves:
+        folder.write_start(saved_start(settings.start, parts.game))

@@ -1,0 +1,135 @@
+"""The plots of a study: what was found when, what mattered, which values were good, and the comparison at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from origami_lab.report.figures import HIGHLIGHT, INK, QUIET, new_figure
+from origami_lab.sweep.parameter import Parameter
+from origami_lab.sweep.records import shown
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+PRUNED = "#b9bdc9"
+COLUMNS = 4
+"""Small plots side by side."""
+
+
+def history(record: Mapping[str, Any]) -> Figure:
+    """The value of each trial, and the best so far, in order of the trials."""
+    figure = new_figure(6.4, 3.6)
+    axes = figure.add_subplot()
+    complete, pruned = _by_state(record)
+    axes.scatter([t["trial"] for t in pruned], [t["value"] for t in pruned], s=16, c=PRUNED, label="given up early")
+    axes.scatter([t["trial"] for t in complete], [t["value"] for t in complete], s=18, c=HIGHLIGHT, label="all seeds")
+    if complete:
+        values = np.maximum.accumulate([trial["value"] for trial in complete])
+        axes.step([trial["trial"] for trial in complete], values, where="post", color=INK, lw=1.2, label="best so far")
+    _finish(axes, "trial", "mean return")
+    axes.legend(frameon=False, fontsize=8, loc="lower right")
+    return figure
+
+
+def importance(found: Mapping[str, float], note: str) -> Figure:
+    """What part of the returns' variance each parameter explains."""
+    names = sorted(found, key=lambda name: found[name])
+    figure = new_figure(6.4, 1.0 + 0.34 * max(len(names), 1))
+    axes = figure.add_subplot()
+    bars = axes.barh(names, [found[name] for name in names], color=HIGHLIGHT, height=0.62)
+    axes.bar_label(bars, [f"{found[name]:.2f}" for name in names], padding=3, fontsize=8, color=QUIET)
+    axes.set_xlim(0, max([*found.values(), 0.1]) * 1.15)
+    _finish(axes, note, "")
+    axes.grid(visible=False, axis="y")
+    return figure
+
+
+def slices(record: Mapping[str, Any], space: Sequence[Parameter]) -> Figure:
+    """The value of each trial over each parameter by itself."""
+    rows = -(-len(space) // COLUMNS)
+    columns = min(len(space), COLUMNS)
+    figure = new_figure(2.3 * columns + 0.4, 2.2 * rows + 0.3)
+    complete, pruned = _by_state(record)
+    first: Axes | None = None
+    for number, parameter in enumerate(space):
+        axes = figure.add_subplot(rows, columns, number + 1, sharey=first)
+        first = first or axes
+        for trials, colour in ((pruned, PRUNED), (complete, HIGHLIGHT)):
+            having = [trial for trial in trials if parameter.name in trial["point"]]
+            across = [_place(parameter, trial["point"][parameter.name]) for trial in having]
+            axes.scatter(across, [trial["value"] for trial in having], s=14, c=colour)
+        if parameter.choices:
+            axes.set_xticks(range(len(parameter.choices)), [shown(value) for value in parameter.choices])
+            axes.set_xlim(-0.5, len(parameter.choices) - 0.5)
+        else:
+            _scale(axes, parameter)
+        _finish(axes, parameter.name, "mean return" if number % columns == 0 else "")
+        axes.tick_params(labelleft=number % columns == 0, labelsize=7)
+    return figure
+
+
+def held_out(comparison: Mapping[str, Any]) -> Figure:
+    """Every return on the held-out seeds, and the means."""
+    settings = comparison["settings"]
+    figure = new_figure(6.4, 0.9 + 0.6 * len(settings))
+    axes = figure.add_subplot()
+    rng = np.random.default_rng(np.random.SeedSequence(0))
+    for row, (name, found) in enumerate(settings.items()):
+        returns = np.asarray(found["returns"])
+        colour = HIGHLIGHT if name == "best" else QUIET
+        axes.scatter(returns, row + rng.uniform(-0.16, 0.16, len(returns)), s=14, c=colour, alpha=0.6, lw=0)
+        axes.plot([found["mean"]] * 2, [row - 0.3, row + 0.3], color=INK, lw=1.6)
+        axes.annotate(f"{found['mean']:.3f}", (found["mean"], row - 0.33), ha="center", fontsize=8, color=INK)
+    axes.set_yticks(range(len(settings)), list(settings))
+    axes.set_ylim(len(settings) - 0.5, -0.6)
+    _finish(axes, "return on held-out seeds (line: mean)", "")
+    axes.grid(visible=False, axis="y")
+    return figure
+
+
+def _by_state(record: Mapping[str, Any]) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """The trials that were played to the end, and those given up."""
+    ended = record["ended"]
+    return [t for t in ended if t["state"] == "complete"], [t for t in ended if t["state"] == "pruned"]
+
+
+def _place(parameter: Parameter, value: Any) -> float:
+    if not parameter.choices:
+        return float(value)
+    return next(
+        index
+        for index, choice in enumerate(parameter.choices)
+        if choice == value and isinstance(choice, bool) == isinstance(value, bool)
+    )
+
+
+def _scale(axes: Axes, parameter: Parameter) -> None:
+    """The whole range; on a logarithmic scale with plain numbers, few enough to be read."""
+    if not parameter.log:
+        margin = 0.05 * (parameter.high - parameter.low)
+        axes.set_xlim(parameter.low - margin, parameter.high + margin)
+        return
+    from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
+
+    decades = float(np.log10(parameter.high / parameter.low))
+    margin_factor = 10 ** (0.05 * decades)
+    axes.set_xlim(parameter.low / margin_factor, parameter.high * margin_factor)
+    axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(10, subs=(1.0, 2.0, 5.0) if decades < 1.8 else (1.0,)))
+    axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+
+
+def _finish(axes: Axes, across: str, up: str) -> None:
+    axes.set_xlabel(across, fontsize=8, color=INK)
+    axes.set_ylabel(up, fontsize=8, color=INK)
+    axes.tick_params(labelsize=8, colors=QUIET, length=3)
+    axes.grid(color="#e8eaf0", lw=0.6)
+    axes.set_axisbelow(True)
+    for name, spine in axes.spines.items():
+        spine.set_visible(name in ("left", "bottom"))
+        spine.set_color("#c5c8d2")

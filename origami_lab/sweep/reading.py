@@ -1,0 +1,128 @@
+"""Checked access to the values of a sweep's file, by their keys as the user wrote them."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from origami_lab.errors import InputError
+from origami_lab.experiment.locate import nearest
+from origami_lab.experiment.seeds import parse_seeds
+
+Value = None | bool | int | float | str
+"""What a setting may be set to by a sweep."""
+
+
+class Reader:
+    """One mapping of the file.
+
+    Parameters
+    ----------
+    values
+        The mapping, plain Python values.
+    prefix
+        What stands before its keys in messages, e.g. ``held_out.``.
+    """
+
+    def __init__(self, values: Mapping[str, Any], prefix: str = "") -> None:
+        self.values, self.prefix = values, prefix
+
+    def refuse(self, key: str, expected: str) -> InputError:
+        """The error that a value is not what was expected."""
+        return InputError(self.prefix + key, self.values.get(key, "(nothing)"), expected)
+
+    def only(self, known: Sequence[str]) -> None:
+        """Refuse keys that mean nothing here."""
+        for key in self.values:
+            if key not in known:
+                expected = f"there is no such key{nearest(str(key), known)}; must be one of {', '.join(known)}"
+                raise self.refuse(key, expected)
+
+    def whole(self, key: str, low: int, high: int = 10**12, default: int | None = None) -> int:
+        value = self.values.get(key, default)
+        if isinstance(value, float) and value.is_integer():  # 1e6
+            value = int(value)
+        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+            limit = f"from {low}" if high >= 10**9 else f"from {low} to {high}"
+            raise self.refuse(key, f"must be a whole number {limit}")
+        return value
+
+    def number(self, key: str) -> int | float:
+        value = self.values.get(key)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            raise self.refuse(key, "must be a number")
+        return value
+
+    def flag(self, key: str, default: bool) -> bool:
+        value = self.values.get(key, default)
+        if not isinstance(value, bool):
+            raise self.refuse(key, "must be true or false")
+        return value
+
+    def word(self, key: str, default: str | None = None) -> str:
+        """A word that is also fit to be the name of a folder."""
+        value = self.values.get(key, default)
+        if not isinstance(value, str) or not re.fullmatch(r"\w[\w.+-]{,99}", value):
+            raise self.refuse(key, "must be a word of at most 100 letters, digits, '.', '_', '+' and '-'")
+        return value
+
+    def text(self, key: str) -> str | None:
+        """A text, None where there is none."""
+        value = self.values.get(key)
+        if value is not None and (not isinstance(value, str) or not value.strip() or "\0" in value):
+            raise self.refuse(key, "must be a text, or null")
+        return value
+
+    def choice(self, key: str, options: Sequence[str], default: str) -> str:
+        value = self.values.get(key, default)
+        if value not in options:
+            raise self.refuse(key, f"must be one of {', '.join(options)}{nearest(str(value), options)}")
+        return str(value)
+
+    def seeds(self, key: str, default: str) -> tuple[int, ...]:
+        try:
+            return parse_seeds(self.values.get(key, default))
+        except InputError as error:
+            raise InputError(self.prefix + key, error.value, error.expected) from error
+
+    def below(self, key: str, short: str | None = None) -> Reader:
+        """The mapping at a key; empty where there is none. ``name`` alone may stand for ``{short: name}``."""
+        value = self.values.get(key)
+        if value is None:
+            value = {}
+        if short is not None and isinstance(value, str):
+            value = {short: value}
+        if not isinstance(value, Mapping):
+            expected = "must be a mapping of keys to values" + (
+                "" if short is None else f", or one word for its {short}"
+            )
+            raise self.refuse(key, expected)
+        return Reader(value, f"{self.prefix}{key}.")
+
+    def overrides(self, key: str) -> tuple[str, ...]:
+        """Settings as on the command line: a list of texts like target=bowl, or a mapping of keys to values."""
+        value = self.values.get(key)
+        if isinstance(value, str):
+            return tuple(value.split())
+        if isinstance(value, Mapping):
+            return tuple(override(str(name), item) for name, item in value.items())
+        if isinstance(value, Sequence) and all(isinstance(item, str) for item in value):
+            return tuple(value)
+        raise self.refuse(key, "must be settings like target=bowl: a list of them, or a mapping of keys to values")
+
+
+def override(key: str, value: Any) -> str:
+    """A setting as it is typed on the command line."""
+    return f"{key}={_typed(value)}"
+
+
+def _typed(value: Any) -> str:
+    if value is None:
+        return "null"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, list | tuple):
+        return "[" + ",".join(map(_typed, value)) + "]"
+    return repr(value) if isinstance(value, float) else str(value)

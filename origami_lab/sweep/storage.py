@@ -1,0 +1,153 @@
+"""Where a study lives: a journal file, or any database that Optuna can use; and its errors in plain words."""
+
+from __future__ import annotations
+
+import os
+import time
+import uuid
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import optuna
+from optuna.exceptions import DuplicatedStudyError, StorageInternalError
+from optuna.storages import BaseStorage, JournalStorage
+from optuna.storages.journal import JournalFileBackend
+from optuna.storages.journal._file import get_lock_file
+from sqlalchemy.exc import SQLAlchemyError
+
+from origami_lab.errors import InputError
+from origami_lab.experiment.stores import cause_of, without_password
+from origami_lab.sweep.declaration import Declaration
+
+if TYPE_CHECKING:
+    from optuna.pruners import BasePruner
+
+JOURNAL = "study.journal"
+DATABASES = ("postgresql", "mysql", "mariadb", "sqlite", "oracle", "mssql")
+EXPECTED = "must be a journal file like FILE.journal, or a database like postgresql://USER@HOST/NAME"
+FIXED, KEY = "fixed", "key"
+"""Attributes of a study: the part of its declaration that cannot change, and what its MLflow runs bear."""
+ATTEMPTS = 5
+TROUBLE = (StorageInternalError, SQLAlchemyError, OSError)
+"""What a storage raises that cannot be used now."""
+
+
+class StorageError(Exception):
+    """The storage of a study cannot be used; the message is a sentence about it."""
+
+
+class JournalFile(JournalFileBackend):
+    """Optuna's journal, whose writers may be killed: a line that one left half written is taken away by the next."""
+
+    def append_logs(self, logs: list[dict[str, Any]]) -> None:
+        file = Path(self._file_path)
+        with get_lock_file(self._lock), file.open("rb+") as stream:
+            size = stream.seek(0, os.SEEK_END)
+            if size:
+                stream.seek(size - 1)
+                if stream.read(1) != b"\n":
+                    stream.truncate(file.read_bytes().rfind(b"\n") + 1)
+        super().append_logs(logs)
+
+
+def storage_name(declaration: Declaration) -> str:
+    """The storage for people: a file or an address, without its password."""
+    return without_password(declaration.storage or str(declaration.folder / JOURNAL))
+
+
+def open_storage(declaration: Declaration) -> BaseStorage:
+    """Open the storage of a sweep; a new one is made.
+
+    Raises
+    ------
+    InputError
+        If it can never work: an unknown kind of database, a missing driver, a folder that cannot be written.
+    StorageError
+        If it does not answer.
+    """
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
+    text = declaration.storage
+    scheme, separator, rest = (text or "").partition("://")
+    shown = storage_name(declaration)
+    if not separator:
+        if text is not None and not text.endswith(".journal"):
+            raise InputError("storage", shown, EXPECTED)
+        try:
+            file = Path(text).expanduser() if text is not None else declaration.folder / JOURNAL
+            file.parent.mkdir(parents=True, exist_ok=True)
+            return JournalStorage(JournalFile(str(file.absolute())))
+        except OSError as error:
+            raise InputError("storage", shown, f"must be a file that can be written ({error.strerror})") from error
+        except (ValueError, KeyError) as error:
+            raise InputError("storage", shown, f"is no journal of Optuna's ({error})") from error
+    if scheme.partition("+")[0] not in DATABASES:
+        raise InputError("storage", shown, EXPECTED)
+    # the driver that comes with our extra; SQLAlchemy 2.0 takes another one by default
+    url = f"postgresql+psycopg://{rest}" if scheme == "postgresql" else str(text)
+    for attempt in range(ATTEMPTS):
+        try:
+            return optuna.storages.get_storage(url)
+        except ImportError:
+            hint = "pip install 'origami-lab[postgres]'" if "postgresql" in scheme else "install SQLAlchemy's for it"
+            raise InputError("storage", shown, f"needs a database driver: {hint}") from None
+        except Exception as error:
+            # two that make the tables at the same moment disturb each other: the second look finds them
+            if attempt == ATTEMPTS - 1 or "connect" in str(error).lower():
+                raise StorageError(explain(error, shown)) from error
+            time.sleep(0.2 * (attempt + 1))
+    raise AssertionError
+
+
+def explain(error: Exception, shown: str) -> str:
+    """What is wrong with a storage, in one line."""
+    cause = error.__cause__ or error
+    lines = [line for line in str(cause).splitlines() if line.strip()] or [type(cause).__name__]
+    return f"the storage {shown} {cause_of(str(cause), shown) or 'failed: ' + lines[0][:300]}"
+
+
+def open_study(
+    storage: BaseStorage, name: str, fixed: Mapping[str, Any], pruner: BasePruner | None = None
+) -> optuna.Study:
+    """Create a study, or join the one of that name.
+
+    Raises
+    ------
+    InputError
+        If it was declared otherwise; the message names the first difference.
+    """
+    # whoever comes second to create it joins
+    for attempt in range(ATTEMPTS):
+        try:
+            study = optuna.create_study(
+                storage=storage,
+                study_name=name,
+                direction="maximize",
+                load_if_exists=True,
+                sampler=optuna.samplers.RandomSampler(0),
+                pruner=pruner or optuna.pruners.NopPruner(),
+            )
+            break
+        except (DuplicatedStudyError, *TROUBLE):
+            if attempt == ATTEMPTS - 1:
+                raise
+            time.sleep(0.2)
+    known = study.user_attrs
+    if FIXED not in known:
+        study.set_user_attr(KEY, uuid.uuid4().hex)
+        study.set_user_attr(FIXED, dict(fixed))
+    else:
+        check_same(name, known[FIXED], fixed)
+    return study
+
+
+def check_same(name: str, before: Mapping[str, Any], now: Mapping[str, Any]) -> None:
+    """Raise InputError if a study was declared otherwise than it is now; names what differs first."""
+    from origami_lab.experiment.folder import flatten
+
+    left, right = flatten(before), flatten(now)
+    for key in [*right, *(key for key in left if key not in right)]:
+        if left.get(key, "not there") != right.get(key, "not there"):
+            was, value = left.get(key, "not there"), right.get(key, "not there")
+            expected = f"was {was} when the study {name} was started; give it another name (study: ...) and folder"
+            raise InputError(key, value, expected)
