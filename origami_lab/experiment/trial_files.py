@@ -52,20 +52,25 @@ def write_files(
     _write_curve(path / "curve.csv", parts, outcome, row)
     warnings: list[str] = []
     if settings.files == "all":
-        write_fold(path / "motion.fold", _motion(parts, outcome, design))
+        motion, warnings = _motion(parts, outcome, design)
+        write_fold(path / "motion.fold", motion)
         if outcome.succeeded:
-            row["certificate"], warnings = _certify(path)
+            row["certificate"], found = _certify(path)
+            warnings += found
         warnings += _draw(path, folder)
     (path / "result.json").write_text(json.dumps(row, indent=2) + "\n", encoding="utf-8")
     return warnings
 
 
-def _motion(parts: Parts, outcome: Outcome, design: CreasePattern) -> CreasePattern:
-    """The design's motion up to its best driving angle, in steps fine enough to be watched."""
+def _motion(parts: Parts, outcome: Outcome, design: CreasePattern) -> tuple[CreasePattern, list[str]]:
+    """The design's motion up to its best driving angle, in steps fine enough to be watched, and warnings."""
     if not outcome.succeeded:
-        return design
+        return design, []
     angles = np.linspace(0.0, parts.game.angles[outcome.angle], MOTION_STEPS + 1)[1:]
-    return parts.game.motion(outcome.actions, angles, design.metadata)
+    try:
+        return parts.game.motion(outcome.actions, angles, design.metadata), []
+    except ValueError as error:  # certify=none: between the game's driving angles nothing was looked at
+        return design, [f"its motion breaks off between the game's driving angles, which are all it shows: {error}"]
 
 
 def _write_actions(path: Path, settings: Settings, parts: Parts, outcome: Outcome, row: dict[str, Any]) -> None:

@@ -25,6 +25,8 @@ from origami_lab.experiment.folder import RunFolder
 from origami_lab.experiment.result import load
 from origami_lab.experiment.settings import read_settings
 from origami_lab.experiment.trial import run_trial
+from origami_lab.export.fold import read_fold
+from origami_lab.game.game import Game
 from origami_lab.reporting.tables import COLUMNS, TIMINGS, read_trials
 from origami_lab.verification import checking
 from origami_lab.verification.certificate import Certificate, Check
@@ -187,6 +189,27 @@ def test_what_a_certificate_says_never_costs_a_trial(
     else:
         assert (row["certificate"], names) == ("refuted", TRIAL_FILES)
         assert warnings == ["its best design is refuted: crossing: panels 1 and 2 cross at 5°"]
+
+
+def test_a_motion_that_breaks_off_between_the_driving_angles_never_costs_a_trial(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What certify=none lets through."""
+
+    def broken(*arguments: object) -> None:
+        raise ValueError("the design does not reach a driving angle of 7 degrees")
+
+    monkeypatch.setattr(Game, "motion", broken)
+    settings = compose_settings([*SMALL, "tracking=none", f"output={tmp_path / 'out'}"])
+    with RunFolder.opened(settings) as folder:
+        row, warnings = run_trial(settings, 0, folder)
+    assert row["status"] == "ok"
+    assert {file.name for file in folder.trial(0).iterdir()} == TRIAL_FILES
+    assert [warning.partition(":")[0] for warning in warnings] == [
+        "its motion breaks off between the game's driving angles, which are all it shows"
+    ]
+    best, motion = (read_fold(folder.trial(0) / name) for name in ("best.fold", "motion.fold"))
+    assert len(motion.frames) == len(best.frames) > 1
 
 
 def test_runs_of_before_there_were_certificates_go_on(tracked: Path, tmp_path: Path) -> None:
