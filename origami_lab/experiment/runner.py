@@ -19,6 +19,7 @@ from origami_lab.errors import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK
 from origami_lab.experiment.build import build_parts
 from origami_lab.experiment.folder import NO_ROOM, FolderError, RunFolder, failed_row
 from origami_lab.experiment.interrupts import Interrupts
+from origami_lab.experiment.note import summary_of
 from origami_lab.experiment.pool import Event, Pool
 from origami_lab.experiment.progress import Display, make_display
 from origami_lab.experiment.remarks import remarks
@@ -182,7 +183,9 @@ class _Record:
         self.trouble = ""
         """Why the folder could not be written, if that cost something."""
         self.begun = False
-        self.began = time.perf_counter()
+        before = summary_of(folder.path).get("seconds")
+        self.began = time.perf_counter() - (before if isinstance(before, int | float) else 0)
+        """When it would have begun in one go: what a resumed run took before counts."""
 
     @cached_property
     def tracker(self) -> Tracker:

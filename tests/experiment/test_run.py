@@ -258,7 +258,10 @@ def test_resume_runs_what_is_missing_only(tracked: Path, tmp_path: Path) -> None
     assert run(tmp_path, *same, "seed=0..3") == 2
     assert run(tmp_path, *same, "seed=0..3", "budget=401", "resume=true") == 2
     # it keeps to its own seeds, named or not
+    summary = tmp_path / "out/summary.json"
+    took = json.loads(summary.read_text())["seconds"]
     assert run(tmp_path, *same, "resume=true") == 0
+    assert json.loads(summary.read_text())["seconds"] >= took > 0
     assert untimed(tmp_path / "out/trials.csv") == untimed(tracked / "out/trials.csv")
     assert OmegaConf.load(tmp_path / "out/config.yaml").seed == "0..2"
     assert run(tmp_path, *same, "seed=3", "resume=true") == 0
