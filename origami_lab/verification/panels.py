@@ -43,7 +43,8 @@ def fold_angles(sheet: Sheet, coords: Array) -> Array:
     inner = np.flatnonzero(sheet.inner)
     left, right = normals[sheet.beside[inner, 0]], normals[sheet.beside[inner, 1]]
     along = coords[sheet.edges[inner, 1]] - coords[sheet.edges[inner, 0]]
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    length = np.linalg.norm(along, axis=1, keepdims=True)
+    along /= np.where(length > 0.0, length, 1.0)  # a crease that a file folds to a point is refuted for its length
     sine = np.einsum("nj,nj->n", cross(right, left), along)
     out[inner] = np.arctan2(sine, np.einsum("nj,nj->n", right, left))
     return out

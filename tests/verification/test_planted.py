@@ -51,6 +51,18 @@ def test_a_panel_bent_by_a_thousandth(tmp_path: Path, frame: int) -> None:
     assert design.panels[base][0] in design.panels[certificate["panels rigid"].numbers["panel"]]
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_crease_folded_to_a_point(tmp_path: Path) -> None:
+    design = known_design("pyramid")
+
+    def shrink(fold: dict[str, Any]) -> None:
+        coords = fold["file_frames"][2]["vertices_coords"]
+        u, v = fold["edges_vertices"][CREASES[0]]
+        coords[u] = list(coords[v])
+
+    refuted(verified(tmp_path, changed(design, shrink)), "panels rigid")
+
+
 @pytest.mark.parametrize("edge", CREASES[::3])
 @pytest.mark.parametrize("where", ["frame", "key", "only angles"])
 def test_a_fold_angle_off_by_a_degree(tmp_path: Path, edge: int, where: str) -> None:
