@@ -26,6 +26,6 @@ origami-lab -m "$published" search=evo search.rescale=false "output=$runs/as_pub
 origami-lab -m "$objects" "$others" "output=$runs/objects/others" "${common[@]}"
 origami-lab -m "$variants" "$others" "output=$runs/variants/others" "${common[@]}"
 # ppo takes minutes a trial: few seeds and interactions
-origami-lab -m "$targets" search=ppo seed=0..2 budget=50000 "output=$runs/ppo" "${common[@]}"
+origami-lab -m "$targets" search=ppo seed=0..1 budget=30000 "output=$runs/ppo" "${common[@]}"
 
 origami-lab report "$runs" --output "$report" --beside paper
