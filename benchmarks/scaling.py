@@ -197,7 +197,7 @@ def estimate(own: Overhead, tracked: Tracking) -> list[str]:
     busy, day = rate * tracked.trial, rate * 86_400
     texts = [
         f"Trials share nothing but the file system and the tracking store: {CORES:,} such cores play",
-        f"{rate * 500_000 / 1e6:,.1f} million interactions a second, {rate:,.1f} trials of 500,000 interactions,",
+        f"{rate * 500_000 / 1e6:,.1f} million interactions a second, which is {rate:,.1f} trials of 500,000 a second,",
         f"{day:,.0f} a day with {day * own.files / 1e6:,.1f} million files and {day * own.size / 1e12:,.2f} TB.",
         f"Writing to MLflow takes {tracked.trial:.3f} processor seconds a trial, {tracked.trial / trial:.1%} of it;",
         f"if a server needed as much for it, that were {busy:,.1f} of its cores.",

@@ -34,6 +34,7 @@ from origami_lab.experiment.stores import (
     in_plain_words,
     open_client,
     probe,
+    runs_with_tag,
 )
 from origami_lab.reporting.tables import (
     FAILED,
@@ -159,12 +160,7 @@ class Runs:
 
     def _look(self) -> None:
         """Find the parent and the children by seed; superfluous parents are deleted."""
-        found: list[Run] = []
-        token = None
-        while token is None or token:
-            page = self.client.search_runs([self.experiment], f"tags.{KEY} = '{self.key}'", page_token=token)
-            found += list(page)
-            token = page.token or ""
+        found = runs_with_tag(self.client, self.experiment, KEY, self.key)
         parents = [run for run in found if PARENT not in run.data.tags]
         children = [run for run in found if PARENT in run.data.tags]
         used = {run.data.tags[PARENT] for run in children}

@@ -25,6 +25,7 @@ from origami_lab.experiment.folder import RESULTS
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient
+    from mlflow.entities import Run
 
 DEFAULT_STORE = RESULTS / "mlflow.db"
 SERVERS = ("http", "https")
@@ -233,6 +234,17 @@ def experiment_id(client: MlflowClient, uri: str, name: str) -> str:
     if found.lifecycle_stage != "active":
         raise RefusedError(f"the experiment {name} was deleted there; restore it, or give tracking.experiment=NAME")
     return str(found.experiment_id)
+
+
+def runs_with_tag(client: MlflowClient, experiment: str, tag: str, value: str) -> list[Run]:
+    """All runs of an experiment that bear a tag with this value, however many pages they fill."""
+    found: list[Run] = []
+    token = None
+    while token is None or token:
+        page = client.search_runs([experiment], f"tags.{tag} = '{value}'", page_token=token)
+        found += list(page)
+        token = page.token or ""
+    return found
 
 
 @contextmanager

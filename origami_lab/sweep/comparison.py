@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from origami_lab.reporting.tables import Spread, spread_of
+from origami_lab.reporting.tables import spread_of
 
 RESAMPLES = 10_000
 CONFIDENCE = 0.95
@@ -48,29 +48,19 @@ def difference(best: Sequence[float], other: Sequence[float], seed: int = 0) -> 
     seed
         Of the resamples.
     """
-    left, right = np.asarray(best, dtype=np.float64), np.asarray(other, dtype=np.float64)
+    from scipy import stats
+
+    samples = np.asarray(best, dtype=np.float64), np.asarray(other, dtype=np.float64)
     rng = np.random.default_rng(np.random.SeedSequence(seed))
-    observed = float(left.mean() - right.mean())
-    resampled = _means(left, rng) - _means(right, rng)
-    tail = (1 - CONFIDENCE) / 2
-    low, high = np.quantile(resampled, [tail, 1 - tail])
-    return Difference(observed, float(low), float(high), _p_value(left, right, observed, rng))
+    interval = stats.bootstrap(
+        samples, _of_means, n_resamples=RESAMPLES, confidence_level=CONFIDENCE, method="percentile", rng=rng
+    ).confidence_interval
+    test = stats.permutation_test(samples, _of_means, vectorized=True, n_resamples=RESAMPLES, rng=rng)
+    return Difference(float(test.statistic), float(interval.low), float(interval.high), float(test.pvalue))
 
 
-def _means(values: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.float64]:
-    """Means of resamples with replacement."""
-    chosen = rng.integers(0, len(values), (RESAMPLES, len(values)))
-    return np.asarray(values[chosen].mean(axis=1))
-
-
-def _p_value(left: NDArray[np.float64], right: NDArray[np.float64], observed: float, rng: np.random.Generator) -> float:
-    """The part of the permutations with a difference as large; the observed order is one of them."""
-    together = np.concatenate([left, right])
-    shuffled = rng.permuted(np.tile(together, (RESAMPLES, 1)), axis=1)
-    differences = shuffled[:, : len(left)].mean(axis=1) - shuffled[:, len(left) :].mean(axis=1)
-    # equal ones may differ in their last bits
-    as_large = np.count_nonzero(np.abs(differences) >= abs(observed) - 1e-12)
-    return float((as_large + 1) / (RESAMPLES + 1))
+def _of_means(left: NDArray[np.float64], right: NDArray[np.float64], axis: int = -1) -> NDArray[np.float64]:
+    return np.asarray(left.mean(axis=axis) - right.mean(axis=axis))
 
 
 def compare(returns: Mapping[str, Sequence[float]]) -> dict[str, Any]:
@@ -91,9 +81,3 @@ def compare(returns: Mapping[str, Sequence[float]]) -> dict[str, Any]:
             result = difference(returns["best"], values)
             found["differences"][name] = asdict(result) | {"verdict": result.verdict}
     return found
-
-
-def spread_text(values: Sequence[float]) -> str:
-    """Mean ± std."""
-    spread: Spread | None = spread_of(values)
-    return "–" if spread is None else str(spread)

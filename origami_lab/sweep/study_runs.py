@@ -23,7 +23,7 @@ from origami_lab.experiment.mlflow_runs import (
     digest,
 )
 from origami_lab.experiment.note import summary_of
-from origami_lab.experiment.stores import experiment_id, in_plain_words, open_client, probe
+from origami_lab.experiment.stores import experiment_id, in_plain_words, open_client, probe, runs_with_tag
 from origami_lab.sweep.records import read_record, shown
 
 if TYPE_CHECKING:
@@ -94,12 +94,7 @@ class StudyRuns:
 
     def _look(self) -> None:
         """Find the study's run and the trials' by number; superfluous ones of the study are deleted."""
-        found: list[Run] = []
-        token = None
-        while token is None or token:
-            page = self.client.search_runs([self.experiment], f"tags.{KEY} = '{self.key}'", page_token=token)
-            found += list(page)
-            token = page.token or ""
+        found = runs_with_tag(self.client, self.experiment, KEY, self.key)
         nested = [run for run in found if PARENT in run.data.tags]
         used = {run.data.tags[PARENT] for run in nested}
         studies = sorted(
