@@ -203,7 +203,8 @@ def cores_of_job(launcher: DictConfig) -> int | None:
         return max(1, cores // (jobs if jobs > 0 else max(1, cores + 1 + jobs)))
     if "ray" in launcher:  # Ray counts cores and pins nothing
         return int((launcher.ray.get("remote") or {}).get("num_cpus") or 1)
-    return None
+    asked = launcher.get("cpus_per_task")  # not every cluster of SLURM's pins
+    return None if asked is None else int(asked)
 
 
 def enter_job(config: DictConfig, hydra: DictConfig, folder: Path, place: Path) -> str:

@@ -176,7 +176,8 @@ def test_cores_are_shared_among_the_jobs_of_one_machine() -> None:
         assert cores_of_job(OmegaConf.create({"n_jobs": n_jobs})) == share
     assert cores_of_job(OmegaConf.create({"ray": {"init": {}, "remote": {"num_cpus": 3}}})) == 3
     assert cores_of_job(OmegaConf.create({"ray": {"init": {}, "remote": {}}})) == 1
-    assert cores_of_job(OmegaConf.create({"timeout_min": 60})) is None
+    assert cores_of_job(OmegaConf.create({"timeout_min": 60, "cpus_per_task": 5})) == 5
+    assert cores_of_job(OmegaConf.create({"timeout_min": 60, "cpus_per_task": None})) is None
 
 
 def test_a_job_finds_its_folder_wherever_it_runs(tmp_path: Path) -> None:

@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import os
-import shutil
 import signal
-import socket
-import subprocess
-import sys
-import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-from urllib.request import urlopen
 
 import optuna
 import pytest
 from optuna.trial import FrozenTrial, TrialState
 
+from origami_lab.experiment.stores import open_client
 from origami_lab.sweep.jobs import best_place
 from tests.sweep.conftest import (
     ROOT,
@@ -32,6 +28,7 @@ from tests.sweep.conftest import (
     wait_for,
     write_file,
 )
+from tests.sweep.servers import mlflow_server, postgres
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(not hasattr(os, "killpg"), reason="kills process groups")]
 
@@ -40,9 +37,37 @@ SLOW: dict[str, Any] = {
     "config_dir": str(ROOT / "tests/sweep/conf"),
     "space": {"search.skip": {"low": 0, "high": 1000}},
     "trials": 10,
+    "held_out": {"seeds": "50..51"},
 }
 """A sweep whose trials can be caught while they run, and whose returns do not depend on how slow they are."""
-POSTGRES = Path("/usr/lib/postgresql")
+
+
+@dataclass(frozen=True)
+class Shared:
+    """What the workers of a study share."""
+
+    trials: Callable[[], list[FrozenTrial]]
+    """Reads Optuna's trials anew."""
+    settings: dict[str, Any] = field(default_factory=dict)
+    """Where the study and its runs are, in the sweep's file; none: a journal in the folder, and no tracking."""
+
+    @property
+    def tracking_uri(self) -> str | None:
+        return self.settings["tracking"]["uri"] if self.settings else None
+
+
+@pytest.fixture
+def journal(tmp_path: Path) -> Shared:
+    file = tmp_path / "out" / "study.journal"
+    return Shared(lambda: trials_in(file) if file.is_file() else [])
+
+
+@pytest.fixture
+def servers(tmp_path: Path) -> Iterator[Shared]:
+    with postgres() as database, mlflow_server(tmp_path) as tracking:
+        storage = optuna.storages.get_storage(database.replace("postgresql:", "postgresql+psycopg:"))
+        settings = {"storage": database, "tracking": {"kind": "mlflow", "uri": tracking}}
+        yield Shared(lambda: trials_of(storage), settings)
 
 
 @pytest.fixture(scope="module")
@@ -65,148 +90,83 @@ def assert_all_played_once(trials: list[FrozenTrial], alone: list[Any]) -> None:
     assert (best.params, best.value) == (expected.trial.params, expected.trial.value)
 
 
+def assert_tracked_once(address: str, alone: list[Any]) -> None:
+    """The server has one run of the study, finished, and one nested in it for each trial."""
+    client = open_client(address)
+    experiment = client.get_experiment_by_name("sweep small")
+    assert experiment is not None
+    runs = client.search_runs([experiment.experiment_id])
+    (study,) = [run for run in runs if "mlflow.parentRunId" not in run.data.tags]
+    nested = [run for run in runs if run is not study]
+    assert sorted(int(run.data.tags["trial"]) for run in nested) == list(range(SLOW["trials"]))
+    assert {run.data.tags["mlflow.parentRunId"] for run in nested} == {study.info.run_id}
+    assert {run.info.status for run in runs} == {"FINISHED"}
+    returns = {int(run.data.tags["trial"]): run.data.metrics["mean_return"] for run in nested}
+    assert returns == {place.number: place.trial.value for place in alone}
+    best = best_place(alone)
+    assert best is not None
+    assert study.data.metrics["best_mean_return"] == best.trial.value
+    files = {file.path for file in client.list_artifacts(study.info.run_id)}
+    assert files >= {"best.yaml", "summary.md", "history.png"}
+
+
 def lost(trials: list[FrozenTrial]) -> int:
     return sum(trial.user_attrs.get("end") == "lost" for trial in trials)
 
 
-def test_four_workers_on_one_journal_killed_twice_then_stopped(tmp_path: Path, alone: list[Any]) -> None:
-    write_file(tmp_path, **SLOW, output="out", held_out={"seeds": "50..51"})
-    journal = tmp_path / "out" / "study.journal"
+@pytest.mark.parametrize("where", ["journal", "servers"])
+def test_four_workers_one_killed_twice_then_stopped_and_resumed(
+    where: str, tmp_path: Path, alone: list[Any], request: pytest.FixtureRequest
+) -> None:
+    shared: Shared = request.getfixturevalue(where)
+    write_file(tmp_path, **SLOW, **shared.settings, output="out")
     process = start_command(tmp_path, "small.yaml", "workers=4", NAP="1.5")
-    wait_for(journal.is_file)
-    first = wait_for(lambda: len(four := running_workers(trials_in(journal))) == 4 and four)
+    first = wait_for(lambda: len(four := running_workers(shared.trials())) == 4 and four)
     kill(first[0])
     # another one takes its place, and is killed in its turn
-    second = wait_for(lambda: [pid for pid in running_workers(trials_in(journal)) if pid not in first])
+    second = wait_for(lambda: [pid for pid in running_workers(shared.trials()) if pid not in first])
     kill(second[0])
-    wait_for(lambda: lost(trials_in(journal)) == 2)
+    wait_for(lambda: lost(shared.trials()) == 2)
     process.send_signal(signal.SIGINT)
     output = process.communicate(timeout=60)[0]
     assert process.returncode == 130, output
     assert "a worker died (killed by signal 9)" in output
     assert "stopping" in output
     assert "Traceback" not in output
-    assert not running_workers(trials_in(journal))
-    assert "stopped" in {trial.user_attrs.get("end") for trial in trials_in(journal)}
+    assert not running_workers(shared.trials())
+    assert "stopped" in {trial.user_attrs.get("end") for trial in shared.trials()}
 
-    resumed = start_command(tmp_path, "small.yaml", "workers=2")
+    resumed = start_command(tmp_path, "small.yaml", "workers=4")
     output = resumed.communicate(timeout=300)[0]
     assert resumed.returncode == 0, output
-    assert_all_played_once(trials_in(journal), alone)
-    assert lost(trials_in(journal)) == 2
+    assert_all_played_once(shared.trials(), alone)
+    assert lost(shared.trials()) == 2
     table = (tmp_path / "out" / "trials.csv").read_text().splitlines()
     assert [line.partition(",")[0] for line in table[1:]] == [str(number) for number in range(SLOW["trials"])]
     best = best_place(alone)
     assert best is not None
     assert f"Best: trial {best.number}, mean return {best.trial.value:.4f}" in output
+    if shared.tracking_uri is not None:
+        assert_tracked_once(shared.tracking_uri, alone)
 
 
-@pytest.fixture
-def postgres() -> Iterator[str]:
-    """The address of a database server on loopback that is gone afterwards."""
-    programs = sorted(POSTGRES.glob("*/bin"))
-    pytest.importorskip("psycopg")
-    if not programs or (os.getuid() == 0 and shutil.which("setpriv") is None):
-        pytest.skip("PostgreSQL is not installed")
-    # it refuses to run as root
-    other = ["setpriv", "--reuid=nobody", "--regid=nogroup", "--clear-groups"] if os.getuid() == 0 else []
-    folder = Path(tempfile.mkdtemp(prefix="postgres"))
-    if other:
-        shutil.chown(folder, "nobody", "nogroup")
-    data, port = folder / "data", free_port()
-
-    def run(program: str, *arguments: str) -> None:
-        subprocess.run([*other, str(programs[-1] / program), *arguments], cwd=folder, check=True, capture_output=True)
-
-    run("initdb", "-D", str(data), "-U", "sweeper", "--auth=trust", "--no-sync")
-    options = f"-c listen_addresses=127.0.0.1 -c port={port} -c unix_socket_directories={folder} -c fsync=off"
-    run("pg_ctl", "-D", str(data), "-w", "-l", str(folder / "log"), "-o", options, "start")
-    try:
-        yield f"postgresql://sweeper@127.0.0.1:{port}/postgres"
-    finally:
-        run("pg_ctl", "-D", str(data), "-m", "immediate", "stop")
-        shutil.rmtree(folder)
-
-
-@pytest.fixture
-def mlflow_server(tmp_path: Path) -> Iterator[str]:
-    """The address of an MLflow server on loopback."""
-    port = free_port()
-    store = ["--backend-store-uri", f"sqlite:///{tmp_path}/server.db", "--artifacts-destination", str(tmp_path / "art")]
-    command = [sys.executable, "-m", "mlflow", "server", *store, "--host", "127.0.0.1", "--port", str(port)]
-    process = subprocess.Popen(
-        [*command, "--workers", "1"],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-        env={**os.environ, "MLFLOW_DISABLE_TELEMETRY": "true", "MLFLOW_SERVER_ENABLE_JOB_EXECUTION": "false"},
-    )
-    address = f"http://127.0.0.1:{port}"
-    try:
-        wait_for(lambda: answers(address))
-        yield address
-    finally:
-        os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
-
-
-def free_port() -> int:
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        return int(found.getsockname()[1])
-
-
-def answers(address: str) -> bool:
-    try:
-        urlopen(f"{address}/health", timeout=2).close()
-    except OSError:
-        return False
-    return True
-
-
-def test_two_machines_on_one_database_one_killed(
-    tmp_path: Path, alone: list[Any], postgres: str, mlflow_server: str
-) -> None:
+def test_two_machines_on_one_database_one_killed(tmp_path: Path, alone: list[Any], servers: Shared) -> None:
     """Two folders that know nothing of each other stand for two machines."""
-    shared = {
-        "storage": postgres,
-        "tracking": {"kind": "mlflow", "uri": mlflow_server},
-        "held_out": {"seeds": "50..51"},
-    }
     machines = []
     for name, workers in (("one", 2), ("two", 1)):
         (tmp_path / name).mkdir()
-        write_file(tmp_path / name, **SLOW, **shared, output="out")
+        write_file(tmp_path / name, **SLOW, **servers.settings, output="out")
         machines.append(start_command(tmp_path / name, "small.yaml", f"workers={workers}", NAP="0.5"))
-    storage = optuna.storages.get_storage(postgres.replace("postgresql:", "postgresql+psycopg:"))
     first, second = machines
-    wait_for(lambda: any(os.getpgid(pid) == first.pid for pid in running_workers(trials_of(storage))))
+    wait_for(lambda: any(os.getpgid(pid) == first.pid for pid in running_workers(servers.trials())))
     os.killpg(first.pid, signal.SIGKILL)
     first.communicate()
     output = second.communicate(timeout=300)[0]
     assert second.returncode == 0, output
-    trials = trials_of(storage)
+    trials = servers.trials()
     assert_all_played_once(trials, alone)
     assert lost(trials) >= 1
     hosts = {trial.user_attrs["folder"].split("/out/")[0] for trial in trials if trial.state == TrialState.COMPLETE}
     assert str(tmp_path / "two") in hosts
-
-    from origami_lab.experiment.stores import open_client
-
-    client = open_client(mlflow_server)
-    found = client.get_experiment_by_name("sweep small")
-    assert found is not None
-    runs = client.search_runs([found.experiment_id])
-    (study,) = [run for run in runs if "mlflow.parentRunId" not in run.data.tags]
-    nested = [run for run in runs if run is not study]
-    assert sorted(int(run.data.tags["trial"]) for run in nested) == list(range(SLOW["trials"]))
-    assert {run.data.tags["mlflow.parentRunId"] for run in nested} == {study.info.run_id}
-    best = best_place(alone)
-    assert best is not None
-    assert study.data.metrics["best_mean_return"] == best.trial.value
-    assert study.info.status == "FINISHED"
-    assert {file.path for file in client.list_artifacts(study.info.run_id)} >= {
-        "best.yaml",
-        "summary.md",
-        "history.png",
-    }
+    assert servers.tracking_uri is not None
+    assert_tracked_once(servers.tracking_uri, alone)
