@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import platform
-import shlex
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -25,6 +24,7 @@ from origami_lab.experiment.progress import Display, make_display
 from origami_lab.experiment.remarks import remarks
 from origami_lab.experiment.seeds import format_seeds, parse_seeds
 from origami_lab.experiment.settings import Node, Settings, fit_workers
+from origami_lab.experiment.stores import command_text
 from origami_lab.experiment.tracking import PATIENCE_SECONDS, Tracker, check_tracking, make_tracker
 from origami_lab.experiment.trial import Progress
 from origami_lab.experiment.worker import Failed, Finished
@@ -296,7 +296,7 @@ def summarise(
         "interactions": sum(int(row.get("interactions") or 0) for row in rows.values()),
         "seconds": round(seconds, 3),
         "finished": datetime.now(UTC).isoformat(timespec="seconds"),
-        "command": shlex.join(command),
+        "command": command_text(command),
         "versions": versions(),
     }
 

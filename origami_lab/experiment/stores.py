@@ -11,7 +11,7 @@ import re
 import shlex
 import sqlite3
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -92,7 +92,13 @@ def absolute_uri(uri: str) -> str:
 
 def without_password(uri: str) -> str:
     """The same address, for people."""
-    return re.sub(r"//[^/@]*@", "//", uri)
+    # a password may hold any character, so all up to the last @ goes
+    return re.sub(r"(?i)(password=)[^&\s]*", r"\1...", re.sub(r"//\S*@", "//", uri))
+
+
+def command_text(command: Sequence[str]) -> str:
+    """A command for people and records: without the passwords in its addresses."""
+    return shlex.join(map(without_password, command))
 
 
 def shown(uri: str) -> str:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import os
-import shlex
 import subprocess
 import sys
 import threading
@@ -21,7 +20,7 @@ from typing import Any, Protocol
 import origami_lab
 from origami_lab.experiment.note import read_note
 from origami_lab.experiment.settings import Settings
-from origami_lab.experiment.stores import QUIET, absolute_uri, check_store, default_uri, shown
+from origami_lab.experiment.stores import QUIET, absolute_uri, check_store, command_text, default_uri, shown
 from origami_lab.reporting.tables import Row
 
 PATIENCE_SECONDS = 60.0
@@ -172,5 +171,5 @@ class MlflowTracker:
     def _warn(self, reason: str) -> None:
         if not self._warned:
             self._warned = True
-            later = shlex.join(self._later)
+            later = command_text(self._later)
             self._say(f"warning: tracking: {reason}; results are on disk; push them later with: {later}")

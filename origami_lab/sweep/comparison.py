@@ -15,7 +15,8 @@ RESAMPLES = 10_000
 CONFIDENCE = 0.95
 METHOD = (
     "the difference of the mean returns, its 95 % interval from 10,000 bootstrap resamples of the seeds (percentiles), "
-    "and the two-sided p-value of a permutation test of it (10,000 permutations)"
+    "and the two-sided p-value of a permutation test of it (10,000 permutations), each by itself: not corrected for "
+    "several comparisons"
 )
 
 

@@ -19,8 +19,10 @@ from origami_lab.experiment.interrupts import ignore_interrupts
 from origami_lab.experiment.pool import JOIN_SECONDS, start_apart
 from origami_lab.experiment.watch import CallLimit, Calls
 from origami_lab.experiment.worker import STOP_CHECK_SECONDS, leave_with_parent
+from origami_lab.sweep.databases import PATIENCE
 from origami_lab.sweep.declaration import Declaration
 from origami_lab.sweep.jobs import HeldOutJob, SearchJob, best_place, point_of
+from origami_lab.sweep.parameter import Point
 from origami_lab.sweep.playing import Player
 from origami_lab.sweep.processes import Worker
 from origami_lab.sweep.storage import TROUBLE, StorageError, explain, open_storage, storage_name
@@ -31,7 +33,7 @@ MOST_DEATHS = 20
 
 @dataclass(frozen=True)
 class Warm:
-    """A worker has played its first seed: the kernels are compiled."""
+    """A worker plays: the kernels are compiled."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,7 @@ class _Orders:
             self.stopped = self.pipe.poll()
         return self.stopped
 
-    def seed_ended(self) -> None:
+    def playing(self) -> None:
         if not self.warm:
             self.warm = True
             self.pipe.send(Warm())
@@ -71,7 +73,7 @@ def serve(pipe: Connection, declaration: Declaration, call_number: object) -> No
     orders = _Orders(pipe)
     end = Ended()
     try:
-        player = Player(orders.stop, orders.seed_ended, Calls(call_number))
+        player = Player(orders.stop, orders.playing, Calls(call_number))
         work(declaration, player)
     except (InputError, StorageError) as error:
         end = Ended(str(error))
@@ -87,15 +89,19 @@ def serve(pipe: Connection, declaration: Declaration, call_number: object) -> No
 
 def work(declaration: Declaration, player: Player) -> None:
     """Join the study and play until all is done or the player is told to stop."""
-    storage, worker = open_storage(declaration), Worker.this()
+    storage, worker = open_storage(declaration, PATIENCE), Worker.this()
     search = SearchJob(declaration)
     places = search.places(storage, worker)
-    if not player.work(search, places):
-        return
-    best = best_place(places.look())
-    if best is not None:
-        comparison = HeldOutJob(declaration, point_of(best))
-        player.work(comparison, comparison.places(storage, worker))
+    best: Point | None = None
+    while player.work(search, places):
+        found = best_place(places.look())
+        if found is None or point_of(found) == best:
+            return
+        best = point_of(found)
+        comparison = HeldOutJob(declaration, best)
+        if not player.work(comparison, comparison.places(storage, worker)):
+            return
+        # once more around: others may have added trials meanwhile
 
 
 @dataclass(eq=False)
@@ -109,7 +115,7 @@ class _Member:
 
 
 class Crew:
-    """So many workers. The first one goes ahead until it has played a seed: it may have to compile the kernels.
+    """So many workers. The first one goes ahead until its search has begun: it may have to compile the kernels.
 
     Parameters
     ----------

@@ -16,11 +16,12 @@ from omegaconf.errors import OmegaConfBaseException
 from origami_lab.errors import InputError
 from origami_lab.experiment.composing import compose_settings
 from origami_lab.experiment.folder import RESULTS
+from origami_lab.experiment.machine import usable_cores
 from origami_lab.experiment.seeds import format_seeds
 from origami_lab.experiment.settings import Node, Settings
 from origami_lab.objectives.mesh_reading import expanded
 from origami_lab.sweep.parameter import Parameter, grid_size, read_space
-from origami_lab.sweep.reading import Reader
+from origami_lab.sweep.reading import Reader, check_own
 
 KEYS = (
     *("study", "task", "searcher", "budget", "seeds", "space", "trials", "sampler", "pruner", "held_out"),
@@ -29,8 +30,12 @@ KEYS = (
 ON_THE_COMMAND_LINE = ("sampler", "pruner", "held_out", "tracking")
 """Keys with keys of their own, which the command line takes as KEY.KEY=VALUE, too."""
 SAMPLERS = ("tpe", "cmaes", "random", "grid")
+LEARNING = ("tpe", "cmaes")
+"""Samplers that learn from the trials before."""
 PRUNERS = ("median", "wilcoxon", "none")
 MOST_TRIALS = 100_000
+FEWEST_FOR_WILCOXON = 5
+"""Seeds a trial: signs alone of n differences have a probability of 2^-n, and Optuna's test asks for less than 0.1."""
 
 
 @dataclass(frozen=True)
@@ -150,17 +155,17 @@ def read_declaration(file: Path, changes: Sequence[str] = ()) -> Declaration:
     space = read_space(read.below("space"))
     sampler = _sampler(read.below("sampler", "name"))
     return Declaration(
-        study=read.word("study", file.stem),
-        task=read.overrides("task"),
+        study=_study(read, file),
+        task=_task(read),
         searcher=read.word("searcher"),
         budget=budget,
         seeds=seeds,
         space=space,
         trials=_trials(read, sampler, space),
         sampler=sampler,
-        pruner=_pruner(read.below("pruner", "name")),
+        pruner=_pruner(read.below("pruner", "name"), len(seeds)),
         held_out=_held_out(read.below("held_out"), seeds, budget),
-        workers=read.whole("workers", 1, 1024, default=1),
+        workers=usable_cores() if values.get("workers") == "auto" else read.whole("workers", 1, 1024, default=1),
         storage=read.text("storage"),
         output=None if (output := read.text("output")) is None else expanded(output),
         tracking=_tracking(read.below("tracking", "kind")),
@@ -214,7 +219,26 @@ def _trials(read: Reader, sampler: Sampler, space: Sequence[Parameter]) -> int:
         raise InputError("sampler", "grid", f"the grid must have at most {MOST_TRIALS} points")
     if read.values.get("trials") is None:
         return points
-    return read.whole("trials", 1, points)
+    trials = read.whole("trials", 1, MOST_TRIALS)
+    if trials > points:
+        raise read.refuse("trials", f"must be at most {points}, the points of the grid")
+    return trials
+
+
+def _study(read: Reader, file: Path) -> str:
+    if "study" in read.values:
+        return read.word("study")
+    try:
+        return read.word("study", file.stem)
+    except InputError as error:
+        raise InputError("sweep", file, f"has a name that cannot be the study's, which {error.expected}") from None
+
+
+def _task(read: Reader) -> tuple[str, ...]:
+    task = read.overrides("task")
+    for setting in task:
+        check_own("task", setting)
+    return task
 
 
 def _sampler(read: Reader) -> Sampler:
@@ -223,9 +247,12 @@ def _sampler(read: Reader) -> Sampler:
     return Sampler(name, read.whole("seed", 0, 2**32 - 1, default=0), read.whole("startup", 1, 10_000, default=10))
 
 
-def _pruner(read: Reader) -> Pruner:
+def _pruner(read: Reader, seeds: int) -> Pruner:
     read.only(("name", "startup", "warmup"))
     name = read.choice("name", PRUNERS, "median")
+    if name == "wilcoxon" and seeds < FEWEST_FOR_WILCOXON:
+        expected = f"must be at least {FEWEST_FOR_WILCOXON} for the pruner wilcoxon: with fewer its test cannot tell"
+        raise InputError("seeds", f"{seeds} of them", expected)
     return Pruner(name, read.whole("startup", 1, 10_000, default=5), read.whole("warmup", 1, 10_000, default=1))
 
 
@@ -242,6 +269,9 @@ def _held_out(read: Reader, played: Sequence[int], budget: int) -> HeldOut:
         if not re.fullmatch(r"[a-z]\w{,29}", str(name)) or name in ("best", "defaults"):
             raise against.refuse(name, "must have a name of letters and digits, other than best and defaults")
     others = {str(name): against.overrides(name) for name in against.values}
+    for name, settings in others.items():
+        for setting in settings:
+            check_own(against.prefix + name, setting, allowed=("search",))
     return HeldOut(seeds, read.whole("budget", 1, default=budget), others)
 
 

@@ -23,7 +23,7 @@ from origami_lab.experiment.folder import flatten
 from origami_lab.experiment.locate import nearest
 from origami_lab.experiment.seeds import format_seeds
 from origami_lab.experiment.settings import Settings
-from origami_lab.sweep.declaration import Declaration, Pruner
+from origami_lab.sweep.declaration import LEARNING, Declaration, Pruner
 from origami_lab.sweep.parameter import Point, corners, diagonals, overrides_of
 from origami_lab.sweep.places import Claim, Place, Places
 from origami_lab.sweep.processes import Worker
@@ -44,8 +44,6 @@ class Job(ABC):
     """The study's name in the storage."""
     count: int
     seeds: Sequence[int]
-    place_names: Sequence[str]
-    """Folders of the places, below ``folder``."""
     folder: Path
     pruner: BasePruner | None = None
     means: bool = True
@@ -65,8 +63,13 @@ class Job(ABC):
         study = open_study(storage, self.name, self.fixed(), self.pruner)
         return Places(study, self.count, worker)
 
+    @abstractmethod
     def path(self, place: int) -> Path:
-        return self.folder / self.place_names[place]
+        """The run folder of a place."""
+
+    def why_pruned(self, claim: Claim, step: int) -> str:
+        """What the pruner went by, in words; nothing where there is none."""
+        return ""
 
     def settings(self, overrides: Sequence[str]) -> Settings:
         """The settings of a trial's run, without its folder. Composing takes a tenth of a second: not done twice."""
@@ -86,23 +89,34 @@ class SearchJob(Job):
         self.declaration = declaration
         self.name, self.count, self.seeds = declaration.study, declaration.trials, declaration.seeds
         self.folder = declaration.folder / "trials"
-        self.place_names = [f"{number:04d}" for number in range(self.count)]
         self.pruner = make_pruner(declaration.pruner)
         self.means = declaration.pruner.name != "wilcoxon"
 
     def fixed(self) -> dict[str, Any]:
         return self.declaration.fixed
 
+    def path(self, place: int) -> Path:
+        return self.folder / f"{place:04d}"
+
     def begin(self, claim: Claim) -> tuple[Trial, list[str]]:
         system = dict(claim.frozen().system_attrs)
         if "fixed_params" not in system:
-            history = [frozen for place in claim.places.look() if (frozen := _known(place, claim)) is not None]
+            learns = self.declaration.sampler.name in LEARNING
+            places = claim.places.look() if learns else []
+            history = [frozen for place in places if (frozen := _known(place, claim)) is not None]
             point, found = suggest(self.declaration, claim.place, history, self.refusal)
             system = {**found, "fixed_params": dict(point)}
         trial = claim.begin(system)
         point = ask_all(trial, self.declaration.space)
         claim.note(POINT, point)
         return trial, [*self.declaration.base, *overrides_of(point)]
+
+    def why_pruned(self, claim: Claim, step: int) -> str:
+        if not self.means:
+            return f"worse than the best trial on its first {step + 1} seeds, by Wilcoxon's signed-rank test"
+        complete = [place.trial for place in claim.places.look() if place.state == "complete" and place.trial]
+        median = statistics.median(trial.intermediate_values[step] for trial in complete)
+        return f"below {median:.4f}, the median of the complete trials after as many seeds"
 
     def refusal(self, point: Point) -> InputError | None:
         """Why a point cannot be played: values that exclude each other, say."""
@@ -118,7 +132,7 @@ class HeldOutJob(Job):
 
     def __init__(self, declaration: Declaration, best: Point) -> None:
         held_out = declaration.held_out
-        self.declaration = declaration
+        self.declaration, self.best = declaration, best
         self.seeds = held_out.seeds
         base = declaration.base_with(held_out.budget)
         self.overrides: Mapping[str, list[str]] = {
@@ -126,7 +140,7 @@ class HeldOutJob(Job):
             "defaults": base,
             **{name: [*base, *overrides] for name, overrides in held_out.against.items()},
         }
-        self.place_names, self.count = list(self.overrides), len(self.overrides)
+        self.names, self.count = list(self.overrides), len(self.overrides)
         text = json.dumps([self.overrides, list(self.seeds)], sort_keys=True)
         digest = hashlib.sha256(text.encode()).hexdigest()[:8]
         # another best, after more trials, is another comparison
@@ -136,8 +150,11 @@ class HeldOutJob(Job):
     def fixed(self) -> dict[str, Any]:
         return {"settings": dict(self.overrides), "seeds": format_seeds(self.seeds)}
 
+    def path(self, place: int) -> Path:
+        return self.folder / self.names[place]
+
     def begin(self, claim: Claim) -> tuple[Trial, list[str]]:
-        name = self.place_names[claim.place]
+        name = self.names[claim.place]
         claim.note("settings", name)
         return claim.begin({}), self.overrides[name]
 
@@ -160,6 +177,18 @@ def _known(place: Place, claim: Claim) -> FrozenTrial | None:
     )
 
 
+class _Wilcoxon(optuna.pruners.WilcoxonPruner):
+    """Optuna's, which gives up none before so many were played to the end."""
+
+    def __init__(self, pruner: Pruner) -> None:
+        super().__init__(n_startup_steps=pruner.warmup)
+        self._startup = pruner.startup
+
+    def prune(self, study: optuna.Study, trial: FrozenTrial) -> bool:
+        complete = study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,))
+        return len(complete) >= self._startup and super().prune(study, trial)
+
+
 def make_pruner(pruner: Pruner) -> BasePruner:
     """Optuna's pruner of that name; seeds are its steps, from 0."""
     if pruner.name == "median":
@@ -167,7 +196,7 @@ def make_pruner(pruner: Pruner) -> BasePruner:
     if pruner.name == "wilcoxon":
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # it is experimental
-            return optuna.pruners.WilcoxonPruner(n_startup_steps=pruner.warmup)
+            return _Wilcoxon(pruner)
     return optuna.pruners.NopPruner()
 
 
@@ -197,6 +226,12 @@ def _value(place: Place) -> float:
     return place.trial.value
 
 
+def check_comparison(declaration: Declaration) -> None:
+    """Compose and build what the best is to be compared with; raises InputError."""
+    for overrides in declaration.held_out.against.values():
+        build_parts(declaration.compose([*declaration.base, *overrides]))
+
+
 def check_space(declaration: Declaration) -> None:
     """Compose and build the ends of all ranges and all choices, before anything is played.
 
@@ -212,9 +247,7 @@ def check_space(declaration: Declaration) -> None:
     for parameter in declaration.space:
         if parameter.name not in known and not parameter.name.startswith("+"):
             expected = f"there is no such setting of this task and searcher{nearest(parameter.name, known)}"
-            raise InputError("space", parameter.name, expected)
-    for overrides in declaration.held_out.against.values():
-        build_parts(declaration.compose([*declaration.base, *overrides]))
+            raise InputError(f"space.{parameter.name}", parameter.plain(), expected)
     seen = set()
     for point in diagonals(declaration.space):
         if refusal(point) is None:

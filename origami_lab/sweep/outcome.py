@@ -18,6 +18,7 @@ from optuna.trial import TrialState
 from origami_lab.experiment.folder import write_atomically
 from origami_lab.experiment.runner import versions
 from origami_lab.experiment.seeds import format_seeds
+from origami_lab.experiment.stores import command_text
 from origami_lab.report.figures import png_and_svg
 from origami_lab.sweep import plots
 from origami_lab.sweep.comparison import compare
@@ -28,6 +29,8 @@ from origami_lab.sweep.places import Place
 from origami_lab.sweep.storage import storage_name
 
 BEST, SUMMARY, PAGE = "best.yaml", "summary.json", "summary.md"
+FEW_SEEDS = 10
+"""Held-out seeds below which the page warns of what it says."""
 FEWEST_FOR_IMPORTANCE = 4
 """Finished trials below which nothing can be said about what mattered."""
 
@@ -41,7 +44,8 @@ class Outcome:
     record: Mapping[str, Any]
     comparison: HeldOutJob | None
     """None if no trial was played to its end."""
-    compared: Sequence[Place]
+    compared: Mapping[str, Place]
+    """How each of the settings did, by name."""
     command: Sequence[str]
 
     @property
@@ -65,17 +69,14 @@ class Outcome:
         held_out: dict[str, Any] = {}
         if best is not None and self.comparison is not None:
             write_atomically(folder / BEST, self.best_yaml(best))
-            returns = {
-                name: returns_of(place)
-                for name, place in zip(self.comparison.place_names, self.compared, strict=True)
-                if place.state == "complete"
-            }
-            held_out = compare(returns) | {
+            played = {name: returns_of(place) for name, place in self.compared.items() if place.state == "complete"}
+            held_out = compare(played) | {
+                "failed": {name: place.reason for name, place in self.compared.items() if place.state == "failed"},
                 "seeds": format_seeds(self.comparison.seeds),
                 "budget": self.declaration.held_out.budget,
                 "folder": str(self.comparison.folder.relative_to(folder)),
                 "commands": {
-                    name: shlex.join(["origami-lab", *overrides, f"seed={_written(self.comparison.seeds)}"])
+                    name: self._command(overrides, self.comparison.seeds)
                     for name, overrides in self.comparison.overrides.items()
                 },
             }
@@ -91,7 +92,9 @@ class Outcome:
     def importances(self) -> tuple[dict[str, float], str]:
         """The part of the variance that each parameter explains, by Optuna's fANOVA; what it was computed from."""
         complete = self.study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,))
+        values = {p.name: {trial.params.get(p.name) for trial in complete} for p in self.declaration.space}
         everywhere = [p.name for p in self.declaration.space if all(p.name in trial.params for trial in complete)]
+        everywhere = [name for name in everywhere if len(values[name]) > 1]
         if len(complete) < FEWEST_FOR_IMPORTANCE or not everywhere:
             return {}, ""
         try:
@@ -101,7 +104,8 @@ class Outcome:
                 found = optuna.importance.get_param_importances(self.study, evaluator=evaluator, params=everywhere)
         except (ValueError, RuntimeError):  # all returns are the same
             return {}, ""
-        conditional = "" if len(everywhere) == len(self.declaration.space) else "; without those under conditions"
+        left_out = len(everywhere) < len(self.declaration.space)
+        conditional = "; without those under conditions, or always the same" if left_out else ""
         return dict(found), f"part of the variance explained (fANOVA, {len(complete)} trials{conditional})"
 
     def best_yaml(self, best: Mapping[str, Any]) -> str:
@@ -110,11 +114,17 @@ class Outcome:
         seeds = _written(self.declaration.seeds)
         settings = self.declaration.compose([*self.declaration.base, *overrides_of(best["point"]), f"seed={seeds}"])
         head = (
-            f"# The best of {self.declaration.trials} trials of the sweep {self.declaration.study}: "
+            f"# The best of {self.record['trials']} trials of the sweep {self.declaration.study}: "
             f"trial {best['trial']}, mean return {best['value']:.4f}.\n"
             f"# runs with: origami-lab {shlex.quote(str(path))} seed=0..9\n"
         )
         return head + OmegaConf.to_yaml(OmegaConf.create(dict(settings.config)))
+
+    def _command(self, overrides: Sequence[str], seeds: Sequence[int]) -> str:
+        """What plays some settings with some seeds."""
+        own = self.declaration.config_dir
+        parts = [] if own is None else ["--config-dir", str(own)]
+        return shlex.join(["origami-lab", *parts, *overrides, f"seed={_written(seeds)}"])
 
     def summary(
         self, best: Mapping[str, Any] | None, importances: Mapping[str, float], held_out: Mapping[str, Any]
@@ -133,12 +143,12 @@ class Outcome:
             "best": None
             if best is None
             else {key: best[key] for key in ("trial", "value", "point", "returns")}
-            | {"command": shlex.join(["origami-lab", *overrides, f"seed={_written(self.declaration.seeds)}"])},
+            | {"command": self._command(overrides, self.declaration.seeds)},
             "importance": dict(importances),
             "held_out": dict(held_out),
             "storage": storage_name(self.declaration),
             "finished": datetime.now(UTC).isoformat(timespec="seconds"),
-            "command": shlex.join(self.command),
+            "command": command_text(self.command),
             "versions": {**versions(), "optuna": version("optuna")},
         }
 
@@ -171,7 +181,7 @@ def page(declaration: Declaration, summary: Mapping[str, Any], figures: Sequence
             "```",
             "",
         ]
-    if held_out.get("settings"):
+    if held_out:
         lines += _comparison(held_out)
     lines += [line for name in figures for line in (f"![{name.replace('_', ' ')}]({name}.png)", "")]
     packages = ", ".join(f"{name} {number}" for name, number in summary["versions"].items())
@@ -197,7 +207,12 @@ def _comparison(held_out: Mapping[str, Any]) -> list[str]:
             interval = f"{result['low']:+.4f} to {result['high']:+.4f}"
             cells += [f"{result['mean']:+.4f}", interval, f"{result['p']:.4f}", f"best is {_says(result['verdict'])}"]
         lines.append("| " + " | ".join(cells) + " |")
-    lines += ["", f"{held_out['method'].capitalize()}.", "", "```", *held_out["commands"].values(), "```", ""]
+    lines += [f"| {name} | failed: {reason} | | | | | |" for name, reason in held_out["failed"].items()]
+    lines += ["", f"{held_out['method'].capitalize()}."]
+    played = min((len(found["returns"]) for found in held_out["settings"].values()), default=0)
+    if played < FEW_SEEDS:
+        lines += [f"{played} seeds are few: intervals from so few are too narrow, and little is significant."]
+    lines += ["", "```", *held_out["commands"].values(), "```", ""]
     return lines
 
 

@@ -6,10 +6,11 @@ import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import Any
 
 from origami_lab.errors import InputError
-from origami_lab.sweep.reading import Reader, Value, override
+from origami_lab.sweep.reading import Reader, Value, check_own, override, shown
 
 Point = Mapping[str, Value]
 """Values of those parameters that are searched under their conditions."""
@@ -47,9 +48,15 @@ class Parameter:
             return self.choices
         if self.step is None and (self.log or not self.whole):
             return None
-        step = self.step or 1
-        count = math.floor((self.high - self.low) / step + 1e-9) + 1
-        return tuple(self.low + number * step for number in range(count))
+        return tuple(_steps(self.low, self.high, self.step or 1))
+
+    @property
+    def probes(self) -> tuple[Value, ...]:
+        """Values that tell whether it can be played: choices, or the ends and, of real numbers, one between."""
+        if self.choices:
+            return self.choices
+        between = () if self.whole or self.step is not None else (self.low + (self.high - self.low) / math.e,)
+        return (self.low, *between, self.high)
 
     def plain(self) -> dict[str, Any]:
         """As it is written in the file, for a record."""
@@ -59,6 +66,13 @@ class Parameter:
         plain |= {"log": True} if self.log else {}
         plain |= {"step": self.step} if self.step is not None else {}
         return plain | ({"when": {name: list(values) for name, values in self.when.items()}} if self.when else {})
+
+
+def _steps(low: float, high: float, step: float) -> list[int | float]:
+    """The values of a range; as they are written: 0.3, not 0.1 + 0.1 + 0.1."""
+    first, last, width = (Decimal(str(value)) for value in (low, high, step))
+    kind = int if all(isinstance(value, int) for value in (low, high, step)) else float
+    return [kind(first + number * width) for number in range(int((last - first) / width) + 1)]
 
 
 def is_one_of(value: Value, values: Sequence[Value]) -> bool:
@@ -82,6 +96,7 @@ def read_space(read: Reader) -> tuple[Parameter, ...]:
     """
     space: list[Parameter] = []
     for name in read.values:
+        check_own("space", str(name), allowed=("search",))
         space.append(_parameter(str(name), read.below(name), space))
     if not space:
         raise InputError("space", "{}", "must name at least one setting, e.g. search.sigma_1: {low: 0.01, high: 1}")
@@ -108,7 +123,14 @@ def _parameter(name: str, read: Reader, above: Sequence[Parameter]) -> Parameter
         raise read.refuse("step", f"must be above 0 and at most {high - low}, the width of the range")
     if step is not None and log:
         raise read.refuse("step", "must not stand beside log: true")
+    if step is not None and (last := _steps(low, high, step)[-1]) != high:
+        expected = f"must be reached by steps of {step} from {low}: {last} or {_next(last, step)}"
+        raise read.refuse("high", expected)
     return Parameter(name, low=low, high=high, log=log, step=step, when=when)
+
+
+def _next(value: float, step: float) -> Decimal:
+    return Decimal(str(value)) + Decimal(str(step))
 
 
 def _choices(read: Reader) -> tuple[Value, ...]:
@@ -135,7 +157,7 @@ def _condition(read: Reader, above: Sequence[Parameter]) -> dict[str, tuple[Valu
             raise InputError(when.prefix[:-1], name, f"{expected} ({', '.join(known) or 'there is none'})")
         possible = parameters[name].choices
         if not values or not all(is_one_of(item, possible) for item in values):
-            raise when.refuse(name, f"must be one of its choices, or a list of some: {', '.join(map(str, possible))}")
+            raise when.refuse(name, f"must be one of its choices, or a list of some: {', '.join(map(shown, possible))}")
         found[str(name)] = values
     return found
 
@@ -174,17 +196,16 @@ def grid_size(space: Sequence[Parameter], most: int) -> int:
 
 def diagonals(space: Sequence[Parameter]) -> Iterator[dict[str, Value]]:
     """A few points that have many choices and ends between them."""
-    for number in range(max(2, *(len(parameter.choices) for parameter in space))):
+    for number in range(max(len(parameter.probes) for parameter in space)):
         point: dict[str, Value] = {}
         for parameter in space:
             if parameter.active(point):
-                values = parameter.choices or (parameter.low, parameter.high)
-                point[parameter.name] = values[number % len(values)]
+                point[parameter.name] = parameter.probes[number % len(parameter.probes)]
         yield point
 
 
 def corners(space: Sequence[Parameter]) -> Iterator[tuple[Parameter, Value, list[dict[str, Value]]]]:
-    """Each choice of each parameter and each end of each range, with two points that have it.
+    """Each choice of each parameter, and the ends of each range with one value between, with two points that have it.
 
     In one all other ranges are at their low ends, in the other at their high ones, with first and last choices: a
     value that neither can be played with is wrong, most likely.
@@ -201,11 +222,10 @@ def corners(space: Sequence[Parameter]) -> Iterator[tuple[Parameter, Value, list
         point: dict[str, Value] = {}
         for parameter in space:
             if parameter.active(point):
-                own = parameter.choices[end] if parameter.choices else (parameter.low, parameter.high)[end]
-                point[parameter.name] = fixed.get(parameter.name, own)
+                point[parameter.name] = fixed.get(parameter.name, parameter.probes[end])
         return point
 
     for parameter in space:
-        for value in parameter.choices or (parameter.low, parameter.high):
+        for value in parameter.probes:
             fixed = {**needed(parameter.name), parameter.name: value}
             yield parameter, value, [fill(fixed, 0), fill(fixed, -1)]

@@ -12,7 +12,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from types import TracebackType
@@ -30,6 +30,8 @@ LEASE_SECONDS = 60.0
 MOST_LOSSES = 5
 """Trials that may be lost in one place, one after the other, without a seed more than the one before."""
 PLACE, LEASE, END, RETRY_OF = "place", "lease", "end", "retry_of"
+PRUNED = "pruned"
+"""Attribute of a trial: why it was given up."""
 LOST, STOPPED, SURPLUS, FAILED = "lost", "stopped", "surplus", "failed"
 """Why a trial of Optuna's has the state FAIL. Only the last one ends its place."""
 
@@ -61,8 +63,12 @@ class Place:
 
     @property
     def reason(self) -> str:
-        """Why it failed."""
-        if self.trial is None or self.state != "failed":
+        """Why it failed, or was given up."""
+        if self.trial is None:
+            return ""
+        if self.state == "pruned":
+            return str(self.trial.user_attrs.get(PRUNED, ""))
+        if self.state != "failed":
             return ""
         return f"{self.losses} workers were lost with it" if self.given_up else str(self.trial.user_attrs.get(END, ""))
 
@@ -78,7 +84,7 @@ class Places:
     Parameters
     ----------
     count
-        How many there are.
+        How many there are, unless the study has more already.
     worker
         Who takes trials up.
     """
@@ -96,7 +102,8 @@ class Places:
         for trial in self.study.get_trials(deepcopy=False):
             if trial.user_attrs.get(PLACE) is not None and end_of_failed(trial) != SURPLUS:
                 trials[trial.user_attrs[PLACE]].append(trial)
-        return [_place(number, trials[number]) for number in range(self.count)]
+        count = max(self.count, 1 + max(trials, default=0))
+        return [_place(number, trials[number]) for number in range(count)]
 
     def fill(self) -> None:
         """Put a waiting trial where none is, or where the last one was lost."""
@@ -114,9 +121,10 @@ class Places:
                     create_trial(state=TrialState.WAITING, user_attrs=attributes, system_attrs=dict(system))
                 )
 
-    def claim(self) -> Claim | None:
-        """Take up the waiting trial with the lowest place; None if none waits."""
-        waiting = [trial for place in self.look() if _is_waiting(trial := place.trial) and trial is not None]
+    def claim(self, without: Container[int] = ()) -> Claim | None:
+        """Take up the waiting trial with the lowest place; None if none waits, but in places to be left alone."""
+        places = [place for place in self.look() if place.number not in without]
+        waiting = [trial for place in places if _is_waiting(trial := place.trial) and trial is not None]
         for frozen in [*waiting, *self._surplus()]:
             try:
                 if not self._storage.set_trial_state_values(frozen._trial_id, TrialState.RUNNING):

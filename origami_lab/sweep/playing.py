@@ -28,10 +28,12 @@ from origami_lab.game.seeding import saved_start
 from origami_lab.reporting.tables import STOPPED as SEED_STOPPED
 from origami_lab.reporting.tables import spent_budget
 from origami_lab.sweep.jobs import RETURNS, Job, mean_of
-from origami_lab.sweep.places import FAILED, STOPPED, Claim, Places
+from origami_lab.sweep.places import FAILED, PRUNED, STOPPED, Claim, Places
 
 SHORTEST_WAIT, LONGEST_WAIT = 0.1, 2.0
 """Seconds between two looks of a worker that has nothing to do, because others play the last trials."""
+IN_USE_SECONDS = 30.0
+"""For how long a trial is left alone whose folder another worker holds, one that was taken for lost and lives."""
 
 
 @dataclass(frozen=True)
@@ -42,25 +44,28 @@ class Player:
     ----------
     should_stop
         Asked often while a seed is played.
-    seed_ended
-        Called after each seed: the kernels are loaded then.
+    playing
+        Called now and then while a seed is played: the kernels are loaded then.
     calls
         Numbers the calls of a user's objective; None if nobody watches how long they take.
     """
 
     should_stop: Callable[[], bool]
-    seed_ended: Callable[[], None] = lambda: None
+    playing: Callable[[], None] = lambda: None
     calls: Calls | None = None
 
     def work(self, job: Job, places: Places) -> bool:
         """Play what nobody else plays, until all places are done; False if stopped before."""
-        wait = SHORTEST_WAIT
+        wait, in_use = SHORTEST_WAIT, dict[int, float]()
         while not self.should_stop():
             places.reap()
             places.fill()
-            claim = places.claim()
+            now = time.monotonic()
+            in_use = {place: since for place, since in in_use.items() if now - since < IN_USE_SECONDS}
+            claim = places.claim(without=in_use)
             if claim is not None:
-                self.play(job, claim)
+                if not self.play(job, claim):
+                    in_use[claim.place] = now
                 wait = SHORTEST_WAIT
             elif all(place.done for place in places.look()):
                 return True
@@ -69,8 +74,8 @@ class Player:
                 wait = min(2 * wait, LONGEST_WAIT)
         return False
 
-    def play(self, job: Job, claim: Claim) -> None:
-        """Play one trial and tell the study how it ended.
+    def play(self, job: Job, claim: Claim) -> bool:
+        """Play one trial and tell the study how it ended; False if its folder is in use.
 
         Raises
         ------
@@ -89,15 +94,19 @@ class Player:
                 claim.lost = True
             except FolderInUseError:  # by a worker that was taken for lost and lives
                 claim.fail(STOPPED)
-                time.sleep(LONGEST_WAIT)
+                return False
             except FolderError:
                 claim.fail(STOPPED)
                 raise
             except InputError as error:
+                if isinstance(error.__cause__, OSError):  # of the folder: another time, or on another machine, it works
+                    claim.fail(STOPPED)
+                    raise FolderError(error.__cause__) from error
                 claim.fail(f"{FAILED}: {error}")
             except KeyboardInterrupt:
                 claim.fail(STOPPED)
                 raise
+        return True
 
     def _play_seeds(self, job: Job, claim: Claim, trial: Trial, settings: Settings, folder: RunFolder) -> None:
         rows: dict[int, dict[str, Any]] = {seed: dict(row) for seed, row in folder.rows().items()}
@@ -109,7 +118,6 @@ class Player:
             for step, seed in enumerate(job.seeds):
                 if not spent_budget(rows.get(seed, {})):
                     rows[seed] = self._play_seed(claim, settings, folder, seed)
-                    self.seed_ended()
                 row = rows[seed]
                 folder.write_trials(rows.values())
                 if not spent_budget(row):
@@ -120,6 +128,7 @@ class Player:
                 trial.report(mean_of(returns) if job.means else returns[-1], step)
                 if step + 1 < len(job.seeds) and trial.should_prune():
                     claim.note(RETURNS, returns)
+                    claim.note(PRUNED, job.why_pruned(claim, step))
                     claim.end(TrialState.PRUNED, mean_of(returns))
                     return
             claim.note(RETURNS, returns)
@@ -138,7 +147,7 @@ class Player:
             if self.calls is not None:
                 parts = replace(parts, objective=watched(parts.objective, self.calls))
             stop = lambda: claim.lost or self.should_stop()  # noqa: E731
-            return run_trial(settings, seed, folder, should_stop=stop, parts=parts)[0]
+            return run_trial(settings, seed, folder, lambda _: self.playing(), stop, parts)[0]
         except (FolderError, KeyboardInterrupt):
             raise
         except BaseException as error:  # also what a user's objective may do to end a program

@@ -9,13 +9,16 @@ import numpy as np
 
 from origami_lab.report.figures import HIGHLIGHT, INK, QUIET, new_figure
 from origami_lab.sweep.parameter import Parameter
-from origami_lab.sweep.records import shown
+from origami_lab.sweep.reading import shown
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-PRUNED = "#b9bdc9"
+GIVEN_UP: dict[str, Any] = {"s": 16, "c": "#9aa0b0", "marker": "x", "lw": 1, "label": "given up: mean of fewer seeds"}
+PLAYED: dict[str, Any] = {"s": 18, "c": HIGHLIGHT, "label": "all seeds"}
+BEST: dict[str, Any] = {"s": 60, "facecolors": "none", "edgecolors": INK, "lw": 1.2, "label": "best"}
+"""How trials are marked."""
 COLUMNS = 4
 """Small plots side by side."""
 
@@ -25,13 +28,14 @@ def history(record: Mapping[str, Any]) -> Figure:
     figure = new_figure(6.4, 3.6)
     axes = figure.add_subplot()
     complete, pruned = _by_state(record)
-    axes.scatter([t["trial"] for t in pruned], [t["value"] for t in pruned], s=16, c=PRUNED, label="given up early")
-    axes.scatter([t["trial"] for t in complete], [t["value"] for t in complete], s=18, c=HIGHLIGHT, label="all seeds")
+    for trials, look in ((pruned, GIVEN_UP), (complete, PLAYED)):
+        axes.scatter([trial["trial"] for trial in trials], [trial["value"] for trial in trials], **look)
     if complete:
         values = np.maximum.accumulate([trial["value"] for trial in complete])
-        axes.step([trial["trial"] for trial in complete], values, where="post", color=INK, lw=1.2, label="best so far")
+        across = [trial["trial"] for trial in complete] + [record["trials"] - 1]
+        axes.step(across, [*values, values[-1]], where="post", color=INK, lw=1.2, label="best so far")
     _finish(axes, "trial", "mean return")
-    axes.legend(frameon=False, fontsize=8, loc="lower right")
+    _legend(figure, axes)
     return figure
 
 
@@ -58,10 +62,11 @@ def slices(record: Mapping[str, Any], space: Sequence[Parameter]) -> Figure:
     for number, parameter in enumerate(space):
         axes = figure.add_subplot(rows, columns, number + 1, sharey=first)
         first = first or axes
-        for trials, colour in ((pruned, PRUNED), (complete, HIGHLIGHT)):
+        best = [trial for trial in complete if trial["trial"] == record["best"]]
+        for trials, look in ((pruned, GIVEN_UP), (complete, PLAYED), (best, BEST)):
             having = [trial for trial in trials if parameter.name in trial["point"]]
             across = [_place(parameter, trial["point"][parameter.name]) for trial in having]
-            axes.scatter(across, [trial["value"] for trial in having], s=14, c=colour)
+            axes.scatter(across, [trial["value"] for trial in having], **look)
         if parameter.choices:
             axes.set_xticks(range(len(parameter.choices)), [shown(value) for value in parameter.choices])
             axes.set_xlim(-0.5, len(parameter.choices) - 0.5)
@@ -69,6 +74,8 @@ def slices(record: Mapping[str, Any], space: Sequence[Parameter]) -> Figure:
             _scale(axes, parameter)
         _finish(axes, parameter.name, "mean return" if number % columns == 0 else "")
         axes.tick_params(labelleft=number % columns == 0, labelsize=7)
+    if first is not None:
+        _legend(figure, first)
     return figure
 
 
@@ -122,6 +129,12 @@ def _scale(axes: Axes, parameter: Parameter) -> None:
     axes.xaxis.set_major_locator(LogLocator(10, subs=(1.0, 2.0, 5.0) if decades < 1.8 else (1.0,)))
     axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
     axes.xaxis.set_minor_formatter(NullFormatter())
+
+
+def _legend(figure: Figure, axes: Axes) -> None:
+    """What the marks mean, above everything."""
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper left", ncols=len(labels), frameon=False, fontsize=8)
 
 
 def _finish(axes: Axes, across: str, up: str) -> None:

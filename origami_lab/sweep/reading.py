@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from origami_lab.errors import InputError
@@ -13,6 +13,11 @@ from origami_lab.experiment.seeds import parse_seeds
 
 Value = None | bool | int | float | str
 """What a setting may be set to by a sweep."""
+OWN = {
+    **{"search": "searcher", "budget": "budget", "seed": "seeds", "output": "output", "workers": "workers"},
+    **{"tracking": "tracking", "resume": "", "files": "", "verbosity": ""},
+}
+"""Settings of a run that a sweep makes itself, and its keys for them."""
 
 
 class Reader:
@@ -71,6 +76,8 @@ class Reader:
     def text(self, key: str) -> str | None:
         """A text, None where there is none."""
         value = self.values.get(key)
+        if isinstance(value, int | float) and not isinstance(value, bool):  # a number is a name, too: output=5
+            value = str(value)
         if value is not None and (not isinstance(value, str) or not value.strip() or "\0" in value):
             raise self.refuse(key, "must be a text, or null")
         return value
@@ -107,10 +114,45 @@ class Reader:
         if isinstance(value, str):
             return tuple(value.split())
         if isinstance(value, Mapping):
-            return tuple(override(str(name), item) for name, item in value.items())
+            return tuple(override(name, item) for name, item in _leaves(value))
         if isinstance(value, Sequence) and all(isinstance(item, str) for item in value):
             return tuple(value)
         raise self.refuse(key, "must be settings like target=bowl: a list of them, or a mapping of keys to values")
+
+
+def _leaves(values: Mapping[Any, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Keys and values of nested mappings, by dotted keys."""
+    for name, value in values.items():
+        if isinstance(value, Mapping):
+            yield from _leaves(value, f"{prefix}{name}.")
+        else:
+            yield f"{prefix}{name}", value
+
+
+def check_own(field: str, name: str, allowed: Sequence[str] = ()) -> None:
+    """Refuse a setting that the sweep makes itself.
+
+    Parameters
+    ----------
+    field
+        The key of the file where it stands.
+    name
+        The setting, e.g. ``search.sigma_1``, also with a value behind it.
+    allowed
+        Those that may stand there nevertheless.
+    """
+    setting = name.partition("=")[0].lstrip("+~")
+    root = "tracking" if setting.startswith("tracking.") else setting
+    if root in OWN and root not in allowed:
+        expected = f"is what the sweep's own key {OWN[root]} says" if OWN[root] else "is the sweep's own affair"
+        raise InputError(field, name, f"must not be set here: {setting} {expected}")
+
+
+def shown(value: Any) -> str:
+    """A value as it is written in a configuration."""
+    if value is None:
+        return "null"
+    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def override(key: str, value: Any) -> str:
@@ -119,10 +161,6 @@ def override(key: str, value: Any) -> str:
 
 
 def _typed(value: Any) -> str:
-    if value is None:
-        return "null"
-    if isinstance(value, bool):
-        return "true" if value else "false"
     if isinstance(value, list | tuple):
         return "[" + ",".join(map(_typed, value)) + "]"
-    return repr(value) if isinstance(value, float) else str(value)
+    return repr(value) if isinstance(value, float) else shown(value)

@@ -16,6 +16,7 @@ from origami_lab.experiment.folder import write_atomically
 from origami_lab.sweep.declaration import Declaration
 from origami_lab.sweep.jobs import best_place, point_of, returns_of
 from origami_lab.sweep.places import Place
+from origami_lab.sweep.reading import shown
 
 TABLE, RECORD = "trials.csv", "study.json"
 
@@ -27,7 +28,7 @@ def record_of(declaration: Declaration, key: str, places: Sequence[Place]) -> di
         "study": declaration.study,
         "key": key,
         "declaration": declaration.fixed,
-        "trials": declaration.trials,
+        "trials": len(places),
         "best": None if best is None else best.number,
         "ended": [_trial(declaration, place) for place in places if place.done],
     }
@@ -90,13 +91,6 @@ def table_text(record: Mapping[str, Any], names: Sequence[str]) -> str:
             ]
         )
     return text.getvalue()
-
-
-def shown(value: Any) -> str:
-    """A parameter's value as it is written in a configuration."""
-    if value is None:
-        return "null"
-    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def read_record(folder: Path) -> dict[str, Any]:

@@ -15,14 +15,15 @@ from origami_lab.experiment.folder import FolderError
 from origami_lab.experiment.interrupts import Interrupts
 from origami_lab.experiment.tracking import Tracker
 from origami_lab.sweep.crew import Crew
+from origami_lab.sweep.databases import PATIENCE, is_away
 from origami_lab.sweep.declaration import Declaration
 from origami_lab.sweep.display import SweepDisplay
-from origami_lab.sweep.jobs import HeldOutJob, SearchJob, best_place, check_space, point_of
+from origami_lab.sweep.jobs import HeldOutJob, SearchJob, best_place, check_comparison, check_space, point_of
 from origami_lab.sweep.outcome import Outcome
 from origami_lab.sweep.places import STOPPED, Place, Places
 from origami_lab.sweep.processes import Worker
-from origami_lab.sweep.records import record_of, write_record
-from origami_lab.sweep.storage import JOURNAL, KEY, TROUBLE, StorageError, explain, open_storage, storage_name
+from origami_lab.sweep.records import read_record, record_of, write_record
+from origami_lab.sweep.storage import KEY, TROUBLE, StorageError, explain, known_study, open_storage, storage_name
 from origami_lab.sweep.tracking import check_sweep_tracking, make_sweep_tracker
 
 if TYPE_CHECKING:
@@ -61,8 +62,8 @@ def run_sweep(declaration: Declaration, console: Console, command: Sequence[str]
     check_sweep_tracking(declaration)
     with Interrupts() as interrupts, _in_plain_words(declaration):
         study = SharedStudy.opened(declaration)
-        with SweepDisplay(console, quiet, declaration.trials, len(declaration.seeds)) as display:
-            display.resume(study.look())
+        with SweepDisplay(console, quiet, len(declaration.seeds)) as display:
+            display.resume(study.look(), declaration.trials)
             study.write_record()
             tracker = make_sweep_tracker(declaration, display.say, command)
             with Crew(declaration, base.objective_seconds, display.say, study.condemn) as crew:
@@ -81,31 +82,49 @@ def run_sweep(declaration: Declaration, console: Console, command: Sequence[str]
             interrupts.limit = None
         for error in crew.errors[:1]:
             display.say(f"error: {error.error}; what was played is kept, the same command goes on")
-        failed = crew.errors or any(place.state == "failed" for place in study.look())
+        done = study.done
+        places = [*study.look(), *(study.look_at_comparison().values() if done else ())]
+        failed = crew.errors or any(place.state == "failed" for place in places)
         code = EXIT_FAILED if failed else EXIT_OK
-        if interrupts.count and not study.done:
+        if interrupts.count and not done:
             code = EXIT_INTERRUPTED
+            display.stopped(study.look(), command)
         return Sweep(declaration.folder, code, summary)
 
 
 def _watch(crew: Crew, study: SharedStudy, display: SweepDisplay, tracker: Tracker, interrupts: Interrupts) -> None:
     """Look on until all workers have ended; the first interrupt stops them, the second one leaves at once."""
-    looked = 0.0
+    looked, away = 0.0, 0.0
     while crew.at_work:
         crew.listen(TICK_SECONDS)
         if interrupts.count and not crew.stopping:
-            display.say("stopping: what is played now is played again later (Ctrl-C again to leave at once)")
+            display.stopping = True
+            display.say("stopping: a seed that has not ended is played again later (Ctrl-C again to leave at once)")
             crew.stop()
         now = time.monotonic()
-        if now - looked >= LOOK_SECONDS:
-            looked = now
-            places = study.look()
-            display.show(places, crew.warm)
-            for _ in range(study.write_record(places)):
-                tracker.trial({})
-            if all(place.done for place in places):
-                display.compare(study.look_at_comparison())
+        if now - looked < LOOK_SECONDS:
+            continue
+        looked = now
+        try:
+            _look(crew, study, display, tracker)
+            away = 0.0
+        except Exception as error:
+            # the workers wait for the database, too
+            if not is_away(error) or (away and now - away > PATIENCE):
+                raise
+            if not away:
+                away = now
+                display.say(f"warning: {explain(error, study.name)}; waiting for it")
     display.show(study.look(), warm=True)
+
+
+def _look(crew: Crew, study: SharedStudy, display: SweepDisplay, tracker: Tracker) -> None:
+    places = study.look()
+    display.show(places, crew.warm)
+    for _ in range(study.write_record(places)):
+        tracker.trial({})
+    if all(place.done for place in places):
+        display.compare(study.look_at_comparison())
 
 
 class SharedStudy:
@@ -128,21 +147,24 @@ class SharedStudy:
         InputError
             If it was declared otherwise, something in the space cannot be played, or the folder is another study's.
         """
-        folder, own = declaration.folder, declaration.storage is None
+        folder = declaration.folder
         # nothing is written before the declaration is known to be good
-        if not own or (folder / JOURNAL).is_file():
-            names = [study.study_name for study in open_storage(declaration).get_all_studies()]
-        else:
-            names = []
-        if declaration.study not in names:
-            if own and (folder / "trials").is_dir():
-                expected = f"holds trials of a study that {storage_name(declaration)} does not have; choose another one"
-                raise InputError("output", folder, expected)
+        known = known_study(declaration)
+        if (folder / "trials").is_dir() and (known is None or known != _key_in(folder, known)):
+            expected = f"holds trials of a study that {storage_name(declaration)} does not have; choose another one"
+            raise InputError("output", folder, expected)
+        if known is None:
             check_space(declaration)
+        check_comparison(declaration)
         _check_writable(folder)
         study = cls(declaration, open_storage(declaration))
         study.places.fill()
         return study
+
+    @property
+    def name(self) -> str:
+        """Its storage, for people."""
+        return storage_name(self.declaration)
 
     @property
     def key(self) -> str:
@@ -158,17 +180,21 @@ class SharedStudy:
         places = self.look()
         if not all(place.done for place in places):
             return False
-        return best_place(places) is None or all(place.done for place in self.look_at_comparison())
+        return all(place.done for place in self.look_at_comparison().values())
 
-    def look_at_comparison(self) -> list[Place]:
-        """How far the comparison is: no places before it can begin."""
+    def look_at_comparison(self) -> dict[str, Place]:
+        """How far the comparison is, by the names of the settings: to be asked when all trials are done.
+
+        It is empty if no trial was played to its end.
+        """
         best = best_place(self.look())
         if best is None:
-            return []
-        if self.compared is None:
+            return {}
+        # another machine may have added trials, and one of them may be better
+        if self.comparison is None or self.compared is None or self.comparison.best != point_of(best):
             self.comparison = HeldOutJob(self.declaration, point_of(best))
             self.compared = self.comparison.places(self.storage, self.worker)
-        return self.compared.look()
+        return dict(zip(self.comparison.names, self.compared.look(), strict=True))
 
     def condemn(self, pid: int, reason: str) -> None:
         """Let the trial fail that a worker of this machine plays, before the worker is killed."""
@@ -197,6 +223,14 @@ class SharedStudy:
         record = record_of(self.declaration, self.key, self.look())
         outcome = Outcome(self.declaration, self.places.study, record, self.comparison, compared, command)
         return outcome.write()
+
+
+def _key_in(folder: Path, default: str) -> str:
+    """The key of the study whose trials are in a folder; the default if it does not tell."""
+    try:
+        return str(read_record(folder)["key"])
+    except (OSError, ValueError, KeyError):
+        return default
 
 
 def _check_writable(folder: Path) -> None:

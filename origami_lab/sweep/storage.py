@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import time
 import uuid
@@ -18,6 +19,7 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from origami_lab.errors import InputError
 from origami_lab.experiment.stores import cause_of, without_password
+from origami_lab.sweep.databases import Database
 from origami_lab.sweep.declaration import Declaration
 
 if TYPE_CHECKING:
@@ -40,15 +42,27 @@ class StorageError(Exception):
 class JournalFile(JournalFileBackend):
     """Optuna's journal, whose writers may be killed: a line that one left half written is taken away by the next."""
 
+    def check(self) -> None:
+        """Raise ValueError, KeyError or TypeError if another kind of file is there; Optuna finds out too late."""
+        with Path(self._file_path).open("rb") as stream:
+            first = stream.readline()
+        if first.endswith(b"\n"):
+            json.loads(first)["op_code"]
+
     def append_logs(self, logs: list[dict[str, Any]]) -> None:
+        """As Optuna's own, which cannot be called with the lock held."""
         file = Path(self._file_path)
+        lines = [json.dumps(log, separators=(",", ":")) + "\n" for log in logs]
         with get_lock_file(self._lock), file.open("rb+") as stream:
             size = stream.seek(0, os.SEEK_END)
             if size:
                 stream.seek(size - 1)
                 if stream.read(1) != b"\n":
                     stream.truncate(file.read_bytes().rfind(b"\n") + 1)
-        super().append_logs(logs)
+            stream.seek(0, os.SEEK_END)
+            stream.write("".join(lines).encode())
+            stream.flush()
+            os.fsync(stream.fileno())
 
 
 def storage_name(declaration: Declaration) -> str:
@@ -56,8 +70,13 @@ def storage_name(declaration: Declaration) -> str:
     return without_password(declaration.storage or str(declaration.folder / JOURNAL))
 
 
-def open_storage(declaration: Declaration) -> BaseStorage:
+def open_storage(declaration: Declaration, patience: float = 0.0) -> BaseStorage:
     """Open the storage of a sweep; a new one is made.
+
+    Parameters
+    ----------
+    patience
+        Seconds for which a database that goes away later is waited for.
 
     Raises
     ------
@@ -75,11 +94,14 @@ def open_storage(declaration: Declaration) -> BaseStorage:
             raise InputError("storage", shown, EXPECTED)
         try:
             file = Path(text).expanduser() if text is not None else declaration.folder / JOURNAL
-            file.parent.mkdir(parents=True, exist_ok=True)
-            return JournalStorage(JournalFile(str(file.absolute())))
+            if text is None:
+                file.parent.mkdir(parents=True, exist_ok=True)
+            journal = JournalFile(str(file.absolute()))
+            journal.check()
+            return JournalStorage(journal)
         except OSError as error:
             raise InputError("storage", shown, f"must be a file that can be written ({error.strerror})") from error
-        except (ValueError, KeyError) as error:
+        except (ValueError, KeyError, TypeError) as error:
             raise InputError("storage", shown, f"is no journal of Optuna's ({error})") from error
     if scheme.partition("+")[0] not in DATABASES:
         raise InputError("storage", shown, EXPECTED)
@@ -87,7 +109,7 @@ def open_storage(declaration: Declaration) -> BaseStorage:
     url = f"postgresql+psycopg://{rest}" if scheme == "postgresql" else str(text)
     for attempt in range(ATTEMPTS):
         try:
-            return optuna.storages.get_storage(url)
+            return optuna.storages.get_storage(Database(url, patience))
         except ImportError:
             hint = "pip install 'origami-lab[postgres]'" if "postgresql" in scheme else "install SQLAlchemy's for it"
             raise InputError("storage", shown, f"needs a database driver: {hint}") from None
@@ -97,6 +119,22 @@ def open_storage(declaration: Declaration) -> BaseStorage:
                 raise StorageError(explain(error, shown)) from error
             time.sleep(0.2 * (attempt + 1))
     raise AssertionError
+
+
+def known_study(declaration: Declaration) -> str | None:
+    """The key of the declared study if its storage has it; nothing is made.
+
+    Raises
+    ------
+    InputError, StorageError
+        As :func:`open_storage`.
+    """
+    if declaration.storage is None and not (declaration.folder / JOURNAL).is_file():
+        return None
+    for study in open_storage(declaration).get_all_studies():
+        if study.study_name == declaration.study:
+            return str(study.user_attrs.get(KEY, ""))
+    return None
 
 
 def explain(error: Exception, shown: str) -> str:
@@ -136,8 +174,8 @@ def open_study(
     if FIXED not in known:
         study.set_user_attr(KEY, uuid.uuid4().hex)
         study.set_user_attr(FIXED, dict(fixed))
-    else:
-        check_same(name, known[FIXED], fixed)
+        known = study.user_attrs  # another one may have declared it at the same moment
+    check_same(name, known[FIXED], fixed)
     return study
 
 
@@ -151,3 +189,7 @@ def check_same(name: str, before: Mapping[str, Any], now: Mapping[str, Any]) -> 
             was, value = left.get(key, "not there"), right.get(key, "not there")
             expected = f"was {was} when the study {name} was started; give it another name (study: ...) and folder"
             raise InputError(key, value, expected)
+    for key in now:
+        if isinstance(now[key], Mapping) and list(now[key]) != list(before[key]):
+            expected = f"was in the order {', '.join(before[key])} when the study {name} was started, and it matters"
+            raise InputError(key, ", ".join(now[key]), expected)

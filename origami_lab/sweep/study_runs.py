@@ -1,4 +1,4 @@
-"""The MLflow runs of a study: one for the study, one nested in it for each trial; seeds are the steps of its return.
+"""The MLflow runs of a study: one for the study, one nested in it for each trial, with the returns of its seeds.
 
 As with single experiments (:mod:`origami_lab.experiment.mlflow_runs`) everything is read from the folder, and what
 the store has is looked at first: whatever cut off a push, nothing is missing after the next one, and nothing twice.
@@ -24,7 +24,8 @@ from origami_lab.experiment.mlflow_runs import (
 )
 from origami_lab.experiment.note import summary_of
 from origami_lab.experiment.stores import experiment_id, in_plain_words, open_client, probe, runs_with_tag
-from origami_lab.sweep.records import read_record, shown
+from origami_lab.sweep.reading import shown
+from origami_lab.sweep.records import read_record
 
 if TYPE_CHECKING:
     from mlflow.entities import Metric, Run
@@ -114,7 +115,8 @@ class StudyRuns:
         if self.study is None:
             tags = {"study": record["study"], "folder": str(self.folder.absolute())}
             began = min((trial["began"] for trial in record["ended"]), default=time.time())
-            self._create(str(record["study"]), tags, record["declaration"], began)
+            declared = {**record["declaration"], "task": " ".join(record["declaration"]["task"])}
+            self._create(str(record["study"]), tags, declared, began)
             self._look()  # another machine may have made it, too: all take the same one
             assert self.study is not None
         return str(self.study.info.run_id)
@@ -138,8 +140,8 @@ class StudyRuns:
         values = {**trial["point"], "searcher": record["declaration"]["searcher"]}
         run = self._create(f"trial {number}", tags, values, trial["began"])
         returns = trial["returns"].values()
-        metrics = [self._metric("return", value, trial["ended"], step) for step, value in enumerate(returns)]
-        if trial["value"] is not None:
+        metrics = [self._metric("seed_return", value, trial["ended"], step) for step, value in enumerate(returns)]
+        if trial["state"] == "complete":  # the mean of fewer seeds would stand among those of all
             metrics.append(self._metric("mean_return", trial["value"], trial["ended"]))
         reason = [RunTag("reason", trial["reason"])] if trial["reason"] else []
         for first in range(0, max(len(metrics), 1), BATCH):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
@@ -54,15 +55,17 @@ def write_file(folder: Path, **changes: Any) -> Path:
 
 def play_here(declaration: Declaration, stop_after: int = 10**9) -> list[Place]:
     """Play the trials in this process, or so many seeds of them."""
-    left = [stop_after]
-
-    def ended() -> None:
-        left[0] -= 1
-
+    limit = seeds_in(declaration.folder) + stop_after
     job = SearchJob(declaration)
     places = job.places(open_storage(declaration), Worker.this())
-    Player(lambda: left[0] <= 0, ended).work(job, places)
+    Player(lambda: seeds_in(declaration.folder) >= limit).work(job, places)
     return places.look()
+
+
+def seeds_in(folder: Path) -> int:
+    """How many seeds were played to their ends."""
+    files = folder.glob("trials/*/seed=*/result.json")
+    return sum(json.loads(file.read_text())["status"] == "ok" for file in files)
 
 
 def values(places: list[Place]) -> list[tuple[str, Any, Any]]:

@@ -9,8 +9,10 @@ import socket
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from urllib.request import urlopen
 
@@ -21,9 +23,18 @@ from tests.sweep.conftest import wait_for
 POSTGRES = Path("/usr/lib/postgresql")
 
 
+@dataclass(frozen=True)
+class Database:
+    """A database server."""
+
+    url: str
+    restart: Callable[[], None]
+    """Ends its connections, stops it, and starts it again after some seconds."""
+
+
 @contextmanager
-def postgres() -> Iterator[str]:
-    """The address of a database server on loopback that is gone afterwards."""
+def postgres() -> Iterator[Database]:
+    """A PostgreSQL server on loopback that is gone afterwards."""
     programs = sorted(POSTGRES.glob("*/bin"))
     pytest.importorskip("psycopg")
     if not programs or (os.getuid() == 0 and shutil.which("setpriv") is None):
@@ -40,9 +51,18 @@ def postgres() -> Iterator[str]:
 
     run("initdb", "-D", str(data), "-U", "sweeper", "--auth=trust", "--no-sync")
     options = f"-c listen_addresses=127.0.0.1 -c port={port} -c unix_socket_directories={folder} -c fsync=off"
-    run("pg_ctl", "-D", str(data), "-w", "-l", str(folder / "log"), "-o", options, "start")
+
+    def start() -> None:
+        run("pg_ctl", "-D", str(data), "-w", "-l", str(folder / "log"), "-o", options, "start")
+
+    def restart() -> None:
+        run("pg_ctl", "-D", str(data), "-m", "fast", "stop")
+        time.sleep(3.0)
+        start()
+
+    start()
     try:
-        yield f"postgresql://sweeper@127.0.0.1:{port}/postgres"
+        yield Database(f"postgresql://sweeper@127.0.0.1:{port}/postgres", restart)
     finally:
         run("pg_ctl", "-D", str(data), "-m", "immediate", "stop")
         shutil.rmtree(folder)

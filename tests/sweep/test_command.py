@@ -143,9 +143,22 @@ def test_another_declaration_cannot_take_over_a_folder(
     for change, begin in (
         ("budget=301", "budget=301: was 300 when the study small was started"),
         ("study=other", "output=out: holds trials of a study"),
+        ("storage=other.journal", "output=out: holds trials of a study that other.journal does not have"),
+        ("held_out.against={wrong: [search.scale=1]}", "search.scale=1: there is no such key"),
     ):
         assert main(["sweep", "small.yaml", "tracking=none", change]) == 2
         assert capsys.readouterr().err.startswith(f"error: {begin}")
+
+
+def test_trials_are_not_taken_back(
+    swept: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(swept)
+    before = (swept / "out" / "trials.csv").read_text()
+    assert main(["sweep", "small.yaml", "tracking=none", "trials=3"]) == 0
+    assert "was given 5 trials before" in capsys.readouterr().err
+    assert (swept / "out" / "trials.csv").read_text() == before
+    assert summary_of(swept)["trials"]["complete"] == 5
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ import pytest
 
 from origami_lab.errors import InputError
 from origami_lab.sweep.declaration import read_declaration
-from origami_lab.sweep.jobs import check_space
+from origami_lab.sweep.jobs import check_comparison, check_space
 from origami_lab.sweep.parameter import grid_points
 from tests.sweep.conftest import ROOT, SMALL, declare, write_file
 
@@ -36,7 +36,16 @@ REFUSED: list[tuple[dict[str, Any], str, str]] = [
     ({"workers": 0}, "workers=0:", "from 1"),
     ({"study": "a/b"}, "study=a/b:", "word"),
     ({"tracking": "wandb"}, "tracking.kind=wandb:", "mlflow, none"),
-    ({"storage": 5}, "storage=5:", "text"),
+    ({"storage": [5]}, "storage=[5]:", "text"),
+    ({"task": ["target=pyramid", "budget=99"]}, "task=budget=99:", "the sweep's own key budget"),
+    ({"task": ["search=evo"]}, "task=search=evo:", "the sweep's own key searcher"),
+    ({"task": {"seed": 5}}, "task=seed=5:", "the sweep's own key seeds"),
+    (space("seed", low=0, high=9), "space=seed:", "the sweep's own key seeds"),
+    (space("tracking.uri", choices=["a"]), "space=tracking.uri:", "the sweep's own key tracking"),
+    (space("resume", choices=[True]), "space=resume:", "own affair"),
+    ({"held_out": {"against": {"more": ["budget=9000"]}}}, "held_out.against.more=budget=9000:", "own key budget"),
+    ({"pruner": "wilcoxon", "seeds": "0..3"}, "seeds=4 of them:", "at least 5 for the pruner wilcoxon"),
+    (space("search.sigma_2", low=0.1, high=0.35, step=0.1), "space.search.sigma_2.high=0.35:", "0.3 or 0.4"),
     ({"held_out": {"seeds": "1..3"}}, "held_out.seeds=1..3:", "no seed that trials play (1)"),
     ({"held_out": {"seeds": 7}}, "held_out.seeds=7:", "at least two"),
     ({"held_out": {"against": {"best": []}}}, "held_out.against.best=[]:", "other than best"),
@@ -60,7 +69,7 @@ REFUSED: list[tuple[dict[str, Any], str, str]] = [
     (
         space("search.elite", low=0, high=2, when={"search.rescale": 1}),
         "space.search.elite.when.search.rescale=1:",
-        "one of its choices, or a list of some: True, False",
+        "one of its choices, or a list of some: true, false",
     ),
     (
         space("search.elite", low=0, high=2, when={"search.population": 8}),
@@ -68,6 +77,11 @@ REFUSED: list[tuple[dict[str, Any], str, str]] = [
         "with choices",
     ),
     ({"sampler": "grid"}, "space.search.population=", "a step, or choices"),
+    (
+        {"sampler": "grid", "space": {"search.rescale": {"choices": [True, False]}}, "trials": 3},
+        "trials=3:",
+        "at most 2, the points of the grid",
+    ),
 ]
 
 
@@ -134,12 +148,12 @@ def test_the_command_line_wins(tmp_path: Path) -> None:
         ({"searcher": "genetic"}, "search=genetic:", "evo"),
         (
             {"space": {"search.populaton": {"low": 8, "high": 9}}},
-            "space=search.populaton:",
+            "space.search.populaton={'low': 8, 'high': 9}:",
             "did you mean search.population?",
         ),
         (space("search.parents", low=0.1, high=0.9), "space.search.parents=0.9:", "parents of the population"),
-        (space("search.stuck", choices=["score"]), "space=search.stuck:", "no such setting"),
-        ({"held_out": {"against": {"paper": ["search.scale=1"]}}}, "search.scale=1:", "there is no such key"),
+        (space("search.stuck", choices=["score"]), "space.search.stuck={'choices': ['score']}:", "no such setting"),
+        (space("search.population", low=6, high=1e2), "space.search.population=40.", "must be a whole number"),
     ],
 )
 def test_what_cannot_be_played(tmp_path: Path, changes: dict[str, Any], begin: str, also: str) -> None:
@@ -147,6 +161,22 @@ def test_what_cannot_be_played(tmp_path: Path, changes: dict[str, Any], begin: s
         check_space(declare(tmp_path, **changes))
     assert str(caught.value).startswith(begin)
     assert also in str(caught.value)
+
+
+def test_what_cannot_be_compared_with(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"^search.scale=1: there is no such key"):
+        check_comparison(declare(tmp_path, held_out={"against": {"paper": ["search.scale=1"]}}))
+
+
+def test_a_task_as_nested_mappings(tmp_path: Path) -> None:
+    assert declare(tmp_path, task={"target": "bowl", "start": {"size": 2}}).task == ("target=bowl", "start.size=2")
+
+
+def test_a_file_whose_name_is_no_word(tmp_path: Path) -> None:
+    file = write_file(tmp_path).rename(tmp_path / "my sweep.yaml")
+    with pytest.raises(InputError, match=r"^sweep=.*my sweep\.yaml: has a name that cannot be the study's"):
+        read_declaration(file)
+    assert read_declaration(file, ["study=mine"]).study == "mine"
 
 
 def test_an_end_that_only_suits_others_is_played(tmp_path: Path) -> None:
@@ -166,7 +196,7 @@ def test_a_grid_leaves_out_what_its_conditions_do(tmp_path: Path) -> None:
         },
     )
     points = [tuple(point.values()) for point in grid_points(declared.space)]
-    thirds = (0.1, 0.2, pytest.approx(0.3))
+    thirds = (0.1, 0.2, 0.3)
     expected = [(True, elite, part) for elite in (0, 2, 4) for part in thirds] + [(False, part) for part in thirds]
     assert points == expected
     assert declared.trials == 12

@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import optuna
 import pytest
 from optuna.trial import FrozenTrial, TrialState
 
 from origami_lab.experiment.stores import open_client
 from origami_lab.sweep.jobs import best_place
+from origami_lab.sweep.storage import open_storage
 from tests.sweep.conftest import (
     ROOT,
     declare,
@@ -40,6 +40,8 @@ SLOW: dict[str, Any] = {
     "held_out": {"seeds": "50..51"},
 }
 """A sweep whose trials can be caught while they run, and whose returns do not depend on how slow they are."""
+SECRET = "sEcrEt"
+"""A password that must be nowhere but where the user wrote it."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,9 @@ class Shared:
     """Reads Optuna's trials anew."""
     settings: dict[str, Any] = field(default_factory=dict)
     """Where the study and its runs are, in the sweep's file; none: a journal in the folder, and no tracking."""
+
+    restart: Callable[[], None] = lambda: None
+    """Takes the database away, and brings it back."""
 
     @property
     def tracking_uri(self) -> str | None:
@@ -65,9 +70,11 @@ def journal(tmp_path: Path) -> Shared:
 @pytest.fixture
 def servers(tmp_path: Path) -> Iterator[Shared]:
     with postgres() as database, mlflow_server(tmp_path) as tracking:
-        storage = optuna.storages.get_storage(database.replace("postgresql:", "postgresql+psycopg:"))
-        settings = {"storage": database, "tracking": {"kind": "mlflow", "uri": tracking}}
-        yield Shared(lambda: trials_of(storage), settings)
+        storage = open_storage(declare(tmp_path, storage=database.url), patience=60.0)
+        shown = {"storage": database.url.replace("@", f":{SECRET}@"), "tracking": {"kind": "mlflow", "uri": tracking}}
+        yield Shared(lambda: trials_of(storage), shown, database.restart)
+        files = [file for file in tmp_path.rglob("*") if file.is_file()]
+        assert {file.name for file in files if SECRET.encode() in file.read_bytes()} == {"small.yaml"}
 
 
 @pytest.fixture(scope="module")
@@ -161,6 +168,7 @@ def test_two_machines_on_one_database_one_killed(tmp_path: Path, alone: list[Any
     wait_for(lambda: any(os.getpgid(pid) == first.pid for pid in running_workers(servers.trials())))
     os.killpg(first.pid, signal.SIGKILL)
     first.communicate()
+    servers.restart()
     output = second.communicate(timeout=300)[0]
     assert second.returncode == 0, output
     trials = servers.trials()
@@ -168,5 +176,7 @@ def test_two_machines_on_one_database_one_killed(tmp_path: Path, alone: list[Any
     assert lost(trials) >= 1
     hosts = {trial.user_attrs["folder"].split("/out/")[0] for trial in trials if trial.state == TrialState.COMPLETE}
     assert str(tmp_path / "two") in hosts
+    assert "Traceback" not in output
+    assert SECRET not in output
     assert servers.tracking_uri is not None
     assert_tracked_once(servers.tracking_uri, alone)

@@ -14,7 +14,8 @@ from optuna.trial import TrialState
 from origami_lab.errors import InputError
 from origami_lab.sweep.places import FAILED, MOST_LOSSES, STOPPED, Claim, Places
 from origami_lab.sweep.processes import Worker, is_gone
-from origami_lab.sweep.storage import JournalFile, check_same, open_study
+from origami_lab.sweep.storage import JournalFile, check_same, open_storage, open_study
+from tests.sweep.conftest import declare
 
 HERE = Worker.this()
 ELSEWHERE = Worker("another machine", 1, "", "a")
@@ -172,9 +173,17 @@ def test_more_trials_extend_a_study(storage: Open) -> None:
     more = join(storage, count=3)
     more.fill()
     assert states(more) == ["complete", "waiting", "waiting"]
-    # one who still knows of one trial leaves the others alone
-    assert places.claim() is None
-    assert states(places) == ["complete"]
+    # one who asked for a single trial sees the others, too
+    assert states(places) == ["complete", "waiting", "waiting"]
+    assert play(places.claim()) == 1
+
+
+def test_places_to_be_left_alone(storage: Open) -> None:
+    places = join(storage)
+    places.fill()
+    assert play(places.claim(without={0, 1})) == 2
+    assert places.claim(without={0, 1}) is None
+    assert play(places.claim()) == 0
 
 
 def test_a_study_that_was_declared_otherwise(storage: Open) -> None:
@@ -184,6 +193,21 @@ def test_a_study_that_was_declared_otherwise(storage: Open) -> None:
         open_study(storage(), "small", {"budget": 1, "space": {"x": {"low": 2}}})
     with pytest.raises(InputError, match=r"y=not there: was 3"):
         check_same("small", {"y": 3}, {})
+    with pytest.raises(InputError, match=r"space=y, x: was in the order x, y"):
+        check_same("small", {"space": {"x": 1, "y": 2}}, {"space": {"y": 2, "x": 1}})
+
+
+@pytest.mark.parametrize("text", ["garbage\n", "[1]\n", "{}\n"])
+def test_another_kind_of_file_is_no_journal(tmp_path: Path, text: str) -> None:
+    (tmp_path / "it.journal").write_text(text)
+    with pytest.raises(InputError, match="is no journal of Optuna's"):
+        open_storage(declare(tmp_path, storage=str(tmp_path / "it.journal")))
+
+
+def test_a_journal_in_a_folder_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"must be a file that can be written \(No such file"):
+        open_storage(declare(tmp_path, storage=str(tmp_path / "no" / "it.journal")))
+    assert not (tmp_path / "no").exists()
 
 
 def test_a_journal_whose_writer_was_killed_in_the_middle_of_a_line(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from origami_lab.experiment.folder import FolderError
 from origami_lab.reporting.tables import read_trials
 from origami_lab.sweep.jobs import best_place, returns_of
 from tests.sweep.conftest import ROOT, declare, play_here, values
@@ -26,6 +27,7 @@ def test_a_trial_is_a_run_folder_and_its_value_the_mean(whole: tuple[Path, list[
     folder, places = whole
     assert {place.state for place in places} == {"complete", "pruned"}
     for place in places:
+        assert place.reason[:7] == ("below -" if place.state == "pruned" else "")
         run = folder / "out" / "trials" / f"{place.number:04d}"
         rows = read_trials(run / "trials.csv")
         assert [row["seed"] for row in rows] == [0, 1][: 2 if place.state == "complete" else 1]
@@ -77,3 +79,14 @@ def test_an_objective_that_raises_fails_its_trial_only(tmp_path: Path) -> None:
     assert (first.state, second.state) == ("failed", "complete")
     assert first.reason == "failed: seed 0: RuntimeError: the kettle is empty"
     assert "Traceback" in (tmp_path / "out" / "trials" / "0000" / "seed=0.error.txt").read_text()
+
+
+def test_a_folder_that_cannot_be_made_is_no_fault_of_its_trial(tmp_path: Path) -> None:
+    declaration = declare(tmp_path, trials=2)
+    (tmp_path / "out" / "trials").mkdir(parents=True)
+    obstacle = tmp_path / "out" / "trials" / "0001"
+    obstacle.write_text("in the way")
+    with pytest.raises(FolderError):
+        play_here(declaration)
+    obstacle.unlink()
+    assert [place.state for place in play_here(declaration)] == ["complete", "complete"]

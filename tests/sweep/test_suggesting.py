@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import math
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
+import optuna
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from optuna.trial import FrozenTrial, create_trial
 
 from origami_lab.errors import InputError
-from origami_lab.sweep.declaration import Declaration
-from origami_lab.sweep.parameter import grid_points
+from origami_lab.sweep.declaration import Declaration, Pruner
+from origami_lab.sweep.jobs import make_pruner
+from origami_lab.sweep.parameter import Parameter, grid_points
 from origami_lab.sweep.suggesting import distribution, suggest
 from tests.sweep.conftest import declare
 
@@ -92,9 +97,41 @@ def test_a_refused_point_is_drawn_again(tmp_path: Path) -> None:
         suggest(declaration, 0, [], lambda point: NO)
 
 
+@given(
+    first=st.integers(-200, 200),
+    width=st.integers(1, 60),
+    count=st.integers(1, 40),
+    places=st.sampled_from([0, 1, 2, 3]),
+)
+def test_the_values_of_a_grid_are_those_of_the_range(first: int, width: int, count: int, places: int) -> None:
+    def written(number: int) -> int | float:
+        return number if places == 0 else float(Decimal(number).scaleb(-places))
+
+    parameter = Parameter("x", low=written(first), high=written(first + count * width), step=written(width))
+    found = parameter.values()
+    assert found == tuple(written(first + number * width) for number in range(count + 1))
+    kind = distribution(parameter)
+    for value in found:
+        create_trial(params={"x": value}, distributions={"x": kind}, value=0.0)  # Optuna takes it, too
+
+
 def test_a_grid_is_played_once_over(tmp_path: Path) -> None:
     space = {"search.elite": {"low": 0, "high": 2}, "search.rescale": {"choices": [True, False]}}
     declaration = declare(tmp_path, trials=None, sampler={"name": "grid", "seed": 2}, space=space)
     found = [str(point) for point in points(declaration, 6)]
     assert sorted(found) == sorted(str(point) for point in grid_points(declaration.space))
     assert found != [str(point) for point in grid_points(declaration.space)]  # shuffled
+
+
+def test_wilcoxon_gives_up_a_clearly_worse_trial_after_its_startup_and_no_sooner() -> None:
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
+    study = optuna.create_study(direction="maximize", pruner=make_pruner(Pruner("wilcoxon", startup=2, warmup=1)))
+    for complete in range(3):
+        worse = study.ask()
+        for step in range(4):
+            worse.report(-2.0 - step, step)
+        assert worse.should_prune() == (complete >= 2)
+        good = study.ask()
+        for step in range(5):
+            good.report(-1.0 - step, step)
+        study.tell(good, -3.0)
