@@ -13,7 +13,16 @@ import pytest
 from origami_lab.errors import InputError
 from origami_lab.experiment import stores
 from origami_lab.experiment.locks import held
-from origami_lab.experiment.stores import StoreError, absolute_uri, cause_of, check_store, probe, shown, sqlite_file
+from origami_lab.experiment.stores import (
+    StoreError,
+    absolute_uri,
+    cause_of,
+    check_store,
+    command_text,
+    probe,
+    shown,
+    sqlite_file,
+)
 from origami_lab.experiment.tracking import MlflowTracker
 
 
@@ -56,6 +65,20 @@ def test_a_store_is_named_from_anywhere_and_without_its_password(
     assert sqlite_file("http://host") is None
     assert shown(f"sqlite:///{tmp_path}/a/my.db") == "the store a/my.db"
     assert shown("https://me:secret@host:1/x") == "the server https://host:1/x"
+
+
+@pytest.mark.parametrize(
+    "address",
+    [
+        *("postgresql://me:secret@host/x", "postgresql://me:a/secret@host/x", "postgresql://me:a@secret@host/x"),
+        *("postgresql://host/x?user=me&password=secret", "http://me:secret@host:5000"),
+    ],
+)
+def test_records_of_a_command_have_no_passwords(address: str) -> None:
+    text = command_text(["origami-lab", "sweep", "file.yaml", f"storage={address}", "workers=2"])
+    assert "secret" not in text
+    assert "host" in text
+    assert text.endswith(" workers=2")
 
 
 @pytest.mark.parametrize(
