@@ -1,4 +1,4 @@
-"""The MLflow runs of a study: one for the study, one nested in it for each trial, with the returns of its seeds.
+"""The MLflow runs of a study: one for the study, nested in it one for each trial, and in these one for each seed.
 
 As with single experiments (:mod:`origami_lab.experiment.mlflow_runs`) everything is read from the folder, and what
 the store has is looked at first: whatever cut off a push, nothing is missing after the next one, and nothing twice.
@@ -30,8 +30,8 @@ from origami_lab.sweep.records import read_record
 if TYPE_CHECKING:
     from mlflow.entities import Metric, Run
 
-TRIAL = "trial"
-"""Tag: a trial's number in its study."""
+TRIAL, SEED = "trial", "seed"
+"""Tags: a trial's number in its study, and the seed of a run below it."""
 ARTIFACTS = (
     *("best.yaml", "summary.md", "summary.json", "trials.csv"),
     *("held_out.png", "history.png", "importance.png", "slices.png"),
@@ -57,6 +57,8 @@ class StudyRuns:
         self.folder, self.uri = folder, uri
         self.study: Run | None = None
         self.trials: defaultdict[int, list[Run]] = defaultdict(list)
+        self.seeds: defaultdict[str, list[str]] = defaultdict(list)
+        """The runs below each trial's, by its id."""
         record = read_record(folder)
         self.key = str(record["key"])
         self.unsure = True
@@ -94,9 +96,9 @@ class StudyRuns:
         return inside and trial["host"] in (platform.node(), "")
 
     def _look(self) -> None:
-        """Find the study's run and the trials' by number; superfluous ones of the study are deleted."""
+        """Find the study's run, the trials' by number, and those below; superfluous ones of the study are deleted."""
         found = runs_with_tag(self.client, self.experiment, KEY, self.key)
-        nested = [run for run in found if PARENT in run.data.tags]
+        nested = [run for run in found if TRIAL in run.data.tags]
         used = {run.data.tags[PARENT] for run in nested}
         studies = sorted(
             (run for run in found if PARENT not in run.data.tags),
@@ -107,8 +109,12 @@ class StudyRuns:
                 self.client.delete_run(superfluous.info.run_id)
         self.study = studies[0] if studies else None
         self.trials.clear()
+        self.seeds.clear()
         for run in nested:
             self.trials[int(run.data.tags[TRIAL])].append(run)
+        for run in found:
+            if SEED in run.data.tags:
+                self.seeds[run.data.tags[PARENT]].append(str(run.info.run_id))
         self.unsure = False
 
     def _study_run(self, record: Mapping[str, Any]) -> str:
@@ -131,7 +137,8 @@ class StudyRuns:
         ]
         for run in self.trials[number]:
             if run not in there[:1]:
-                self.client.delete_run(run.info.run_id)
+                for superfluous in (*self.seeds.pop(run.info.run_id, ()), run.info.run_id):
+                    self.client.delete_run(superfluous)
         self.trials[number] = there[:1]
         if there:
             return False
@@ -139,6 +146,11 @@ class StudyRuns:
         tags["state"] = trial["state"]
         values = {**trial["point"], "searcher": record["declaration"]["searcher"]}
         run = self._create(f"trial {number}", tags, values, trial["began"])
+        for seed, value in trial["returns"].items():
+            below = self._create(f"trial {number} · seed {seed}", {PARENT: run, SEED: seed}, values, trial["began"])
+            self.client.log_batch(below, metrics=[self._metric("return", value, trial["ended"])])
+            self.client.set_terminated(below, "FINISHED", int(trial["ended"] * 1000))
+            self.seeds[run].append(below)
         returns = trial["returns"].values()
         metrics = [self._metric("seed_return", value, trial["ended"], step) for step, value in enumerate(returns)]
         if trial["state"] == "complete":  # the mean of fewer seeds would stand among those of all

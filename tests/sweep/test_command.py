@@ -81,11 +81,12 @@ def test_the_summary_compares_on_seeds_that_no_trial_played(swept: Path) -> None
             assert len(set(image.convert("RGB").resize((60, 60)).get_flattened_data())) > 5
 
 
-def test_mlflow_has_a_run_for_the_study_and_one_nested_for_each_trial(swept: Path) -> None:
+def test_mlflow_has_a_run_for_the_study_and_nested_ones_for_trials_and_their_seeds(swept: Path) -> None:
     runs = runs_in(swept)
     (study,) = [run for run in runs if "mlflow.parentRunId" not in run.data.tags]
-    nested = {int(run.data.tags["trial"]): run for run in runs if "mlflow.parentRunId" in run.data.tags}
-    assert len(runs) == 6
+    nested = {int(run.data.tags["trial"]): run for run in runs if "trial" in run.data.tags}
+    seeds = [run for run in runs if "seed" in run.data.tags]
+    assert len(runs) == 1 + 5 + 5 * 2 == 1 + len(nested) + len(seeds)
     assert {run.data.tags["mlflow.parentRunId"] for run in nested.values()} == {study.info.run_id}
     assert sorted(nested) == [0, 1, 2, 3, 4]
     summary = summary_of(swept)
@@ -96,6 +97,9 @@ def test_mlflow_has_a_run_for_the_study_and_one_nested_for_each_trial(swept: Pat
     assert run.data.metrics["mean_return"] == best["value"]
     assert run.data.params["search.population"] == str(best["point"]["search.population"])
     assert run.data.tags["state"] == "complete"
+    below = [seed for seed in seeds if seed.data.tags["mlflow.parentRunId"] == run.info.run_id]
+    assert {seed.data.tags["seed"]: seed.data.metrics["return"] for seed in below} == best["returns"]
+    assert {seed.info.status for seed in seeds} == {"FINISHED"}
 
 
 def test_the_same_command_again_adds_nothing_and_a_lost_store_is_filled(

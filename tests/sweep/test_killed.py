@@ -104,10 +104,14 @@ def assert_tracked_once(address: str, alone: list[Any]) -> None:
     assert experiment is not None
     runs = client.search_runs([experiment.experiment_id])
     (study,) = [run for run in runs if "mlflow.parentRunId" not in run.data.tags]
-    nested = [run for run in runs if run is not study]
+    nested = [run for run in runs if "trial" in run.data.tags]
     assert sorted(int(run.data.tags["trial"]) for run in nested) == list(range(SLOW["trials"]))
     assert {run.data.tags["mlflow.parentRunId"] for run in nested} == {study.info.run_id}
     assert {run.info.status for run in runs} == {"FINISHED"}
+    seeds = [(run.data.tags["mlflow.parentRunId"], run.data.tags["seed"]) for run in runs if "seed" in run.data.tags]
+    trials = [run.info.run_id for run in nested]
+    assert sorted(seeds) == sorted((trial, str(seed)) for trial in trials for seed in (0, 1))
+    assert len(runs) == 1 + len(nested) + len(seeds)
     returns = {int(run.data.tags["trial"]): run.data.metrics["mean_return"] for run in nested}
     assert returns == {place.number: place.trial.value for place in alone}
     best = best_place(alone)
