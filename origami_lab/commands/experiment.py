@@ -32,7 +32,13 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
     from origami_lab.commands.multirun import Multirun
     from origami_lab.experiment.composing import known_keys, working_directory_importable
     from origami_lab.experiment.configuration import CONFIG_NAME, config_dir, explain, find_culprit, hydra_words
-    from origami_lab.experiment.multirun import SWEEP_DIR, RefusedJobs, launcher_settings, multirun_folder
+    from origami_lab.experiment.multirun import (
+        SWEEP_DIR,
+        RefusedJobs,
+        has_local_jobs,
+        launcher_settings,
+        multirun_folder,
+    )
 
     several = _check_flags(flags)
     codes: list[int] = []
@@ -62,7 +68,9 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
         try:
             if several:
                 folder = stack.enter_context(multirun_folder(words))
-                multirun = stack.enter_context(Multirun(folder, Path.cwd(), (*overrides, *flags)))
+                multirun = stack.enter_context(Multirun(folder, Path.cwd(), (*flags, *overrides)))
+                if has_local_jobs(words):
+                    stack.enter_context(multirun.listening())
                 words = [word for word in words if not word.startswith(f"{SWEEP_DIR}=")]
                 ours.append(multirun.sweep_dir)
             ours += launcher_settings(words)

@@ -33,17 +33,27 @@ class Interrupts:
         """None: only count."""
         self._last = -SAME_SECONDS
         self._before: dict[int, Any] = {}
+        self._mask: set[int] | None = None
 
     def __enter__(self) -> Interrupts:
         if threading.current_thread() is threading.main_thread():
             for number in NUMBERS:
                 if signal.getsignal(number) is not signal.SIG_IGN:
                     self._before[number] = signal.signal(number, self._handle)
+            if hasattr(signal, "pthread_sigmask"):
+                self._mask = set(signal.pthread_sigmask(signal.SIG_BLOCK, ()))
+                try:  # a launcher starts its jobs with all of them blocked, and one may have come
+                    signal.pthread_sigmask(signal.SIG_UNBLOCK, self._before)
+                except KeyboardInterrupt:
+                    self.__exit__(None, None, None)
+                    raise
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, where: TracebackType | None
     ) -> None:
+        if self._mask is not None:
+            signal.pthread_sigmask(signal.SIG_SETMASK, self._mask)
         for number, handler in self._before.items():
             signal.signal(number, handler)
 

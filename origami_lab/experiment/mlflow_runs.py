@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from origami_lab.experiment.folder import RunFolder, flatten
+from origami_lab.experiment.folder import FREE_TO_CHANGE, RunFolder, flatten
 from origami_lab.experiment.multirun_folder import membership
 from origami_lab.experiment.note import read_note, summary_of, write_note
 from origami_lab.experiment.seeds import format_seeds
@@ -180,7 +180,7 @@ class Runs:
         if self.parent is None:
             name = self.multirun[1].name if self.multirun else f"{self.settings.task} {self.settings.method}"
             began = (self.folder / "config.yaml").stat().st_mtime
-            self.parent = _Logged(self._create(name, {}, self.settings.config, began), None)
+            self.parent = _Logged(self._create(name, {}, {}, began), None)
         elif live and self.parent.content is not None:
             self.client.update_run(self.parent.run, status="RUNNING")
             self.parent = _Logged(self.parent.run, None)
@@ -205,9 +205,8 @@ class Runs:
         source = path / "result.json" if not failed else error
         ended = (source if source.is_file() else self.folder / "trials.csv").stat().st_mtime
         tags = {PARENT: parent, "seed": str(seed), CONTENT: content}
-        config = {**self.settings.config, "seed": seed}
-        name = f"{self.multirun[1].name} · seed {seed}" if self.multirun else f"seed {seed}"
-        run = self._create(name, tags, config, ended - float(row.get("seconds") or 0.0))
+        name = f"seed {seed} · {self.multirun[1].name}" if self.multirun else f"seed {seed}"
+        run = self._create(name, tags, {"seed": seed}, ended - float(row.get("seconds") or 0.0))
         metrics = self._metrics({name: value for name, value in row.items() if name != "seed"}, ended)
         if path.is_dir() and not failed:
             metrics += self._curve(path / "curve.csv", ended)
@@ -277,7 +276,8 @@ class Runs:
 
     # --- pieces ---
 
-    def _create(self, name: str, tags: Mapping[str, str], config: Mapping[str, Any], began: float) -> str:
+    def _create(self, name: str, tags: Mapping[str, str], own: Mapping[str, Any], began: float) -> str:
+        """A new run with the configuration and its ``own`` values as parameters, which cannot change any more."""
         from mlflow.entities import Param
 
         settings = self.settings
@@ -293,8 +293,8 @@ class Runs:
         }
         start = int(began * 1000)
         run = str(self.client.create_run(self.experiment, start, tags, name).info.run_id)
-        hidden = ("output", "resume", "verbosity", "tracking")
-        flat = flatten({key: value for key, value in config.items() if key not in hidden})
+        fixed = {key: value for key, value in settings.config.items() if key not in FREE_TO_CHANGE}
+        flat = flatten({**fixed, **own})
         params = [Param(key, str(value)) for key, value in flat.items()]
         for first in range(0, len(params), PARAMS):
             self.client.log_batch(run, params=params[first : first + PARAMS])

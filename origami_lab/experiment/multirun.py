@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
@@ -16,6 +17,7 @@ from hydra._internal.core_plugins.basic_sweeper import BasicSweeper
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.hydra_config import HydraConfig
 from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import Override
 from hydra.core.utils import setup_globals
 from hydra.experimental.callback import Callback
 from omegaconf import DictConfig, OmegaConf, open_dict
@@ -25,12 +27,14 @@ from origami_lab.errors import InputError
 from origami_lab.experiment.build import build_parts
 from origami_lab.experiment.folder import RESULTS, fresh_folder
 from origami_lab.experiment.machine import usable_cores
-from origami_lab.experiment.multirun_folder import INDEX, Index, new_index, read_index, write_index
+from origami_lab.experiment.multirun_folder import INDEX, Index, begun_seeds, new_index, read_index, write_index
+from origami_lab.experiment.seeds import format_seeds, parse_seeds
 from origami_lab.experiment.settings import fit_workers, read_settings
 from origami_lab.experiment.tracking import check_tracking
 
 MULTIRUNS = RESULTS / "multirun"
 SWEEP_DIR = "hydra.sweep.dir"
+LAUNCHER = "hydra/launcher"
 
 
 @dataclass(frozen=True)
@@ -42,12 +46,20 @@ class Launcher:
     """Which extra of ours brings it."""
     settings: tuple[str, ...] = ()
     """Where its own defaults do not suit: what stands in front of the command's own settings."""
+    local: bool = False
+    """Whether its jobs are processes of this terminal, which hear its Ctrl-C, too."""
 
 
 _DAY = "hydra.launcher.timeout_min=1440"
 LAUNCHERS = {
-    "joblib": Launcher("hydra_plugins.hydra_joblib_launcher", "cluster"),
-    "submitit_local": Launcher("hydra_plugins.hydra_submitit_launcher", "cluster", (_DAY,)),
+    "joblib": Launcher("hydra_plugins.hydra_joblib_launcher", "cluster", local=True),
+    "submitit_local": Launcher(
+        "hydra_plugins.hydra_submitit_launcher",
+        "cluster",
+        # a folder for each number of a job's, as for SLURM, is made under that very name here, and stays empty
+        (_DAY, "hydra.launcher.submitit_folder='${hydra.sweep.dir}/.submitit'"),
+        local=True,
+    ),
     "submitit_slurm": Launcher(
         "hydra_plugins.hydra_submitit_launcher",
         "cluster",
@@ -80,8 +92,7 @@ class CheckJobs(Callback):
             if jobs is None:
                 return
             folder = Path(str(config.hydra.sweep.dir))
-            index = (read_index(folder) or new_index(folder)).planned(jobs)
-            index = _checked(config.hydra.job.config_name, jobs, folder, index)
+            index = _checked(config.hydra.job.config_name, jobs, folder)
             folder.mkdir(parents=True, exist_ok=True)
             write_index(folder, index)
         except Exception as error:
@@ -95,14 +106,35 @@ def _jobs(config: DictConfig) -> list[list[str]] | None:
     texts = [f"{key}={value}" for key, value in (config.hydra.sweeper.get("params") or {}).items()]
     parser = OverridesParser.create(config_loader=GlobalHydra.instance().config_loader())
     overrides = parser.parse_overrides([*texts, *config.hydra.overrides.task])
+    for override in overrides:
+        if override.is_discrete_sweep():
+            _check_values(override)
     return [job for batch in BasicSweeper.split_arguments(overrides, max_batch_size=None) for job in batch]
 
 
-def _checked(name: str, jobs: Sequence[Sequence[str]], folder: Path, index: Index) -> Index:
-    """The index with the tasks and searchers of the jobs; raises for the first that cannot run."""
+def _check_values(override: Override) -> None:
+    """Raise InputError unless an override names values, and each once."""
+    values = list(override.sweep_string_iterator())
+    text = str(override.input_line).partition("=")[2]
+    if not values:
+        raise InputError(override.get_key_element(), text, "names no value, so that there is no job to run")
+    twice = [value for value, times in Counter(values).items() if times > 1]
+    if twice:
+        raise InputError(
+            override.get_key_element(), text, f"names {twice[0]} more than once; every job must be another one"
+        )
+
+
+def _checked(name: str, jobs: Sequence[Sequence[str]], folder: Path) -> Index:
+    """The index with the jobs, their tasks, searchers and seeds; raises for the first that cannot run."""
+    configs = [compose(name, overrides=list(overrides), return_hydra_config=True) for overrides in jobs]
+    seeds = []
+    for composed in configs:
+        HydraConfig.instance().set_config(composed)
+        seeds.append(parse_seeds(0 if (seed := composed.get("seed")) is None else _plain(seed)))
+    index = (read_index(folder) or new_index(folder)).planned(jobs, seeds)
     found = list(index.jobs)
-    for overrides in jobs:
-        composed = compose(name, overrides=list(overrides), return_hydra_config=True)
+    for overrides, composed in zip(jobs, configs, strict=True):
         HydraConfig.instance().set_config(composed)
         config = without_hydra(composed)
         job = index.find(overrides)
@@ -117,8 +149,15 @@ def _checked(name: str, jobs: Sequence[Sequence[str]], folder: Path, index: Inde
         settings = fit_workers(read_settings(config))
         check_tracking(settings)
         build_parts(settings)
-        found[found.index(job)] = replace(job, task=settings.task, method=settings.method)
+        there = begun_seeds(folder / job.folder)
+        asked = settings.seeds if settings.seeds_given or not there else ()
+        holds = format_seeds(sorted({*asked, *there}) if there else asked)
+        found[found.index(job)] = replace(job, task=settings.task, method=settings.method, seeds=holds)
     return replace(index, jobs=tuple(found))
+
+
+def _plain(value: Any) -> Any:
+    return OmegaConf.to_container(value) if OmegaConf.is_config(value) else value
 
 
 def launcher_settings(overrides: Sequence[str]) -> tuple[str, ...]:
@@ -129,14 +168,20 @@ def launcher_settings(overrides: Sequence[str]) -> tuple[str, ...]:
     InputError
         If the launcher's package is not there.
     """
-    name = _value(overrides, "hydra/launcher")
+    name = _value(overrides, LAUNCHER)
     launcher = LAUNCHERS.get(str(name))
     if launcher is None:
         return ()
     with suppress(ModuleNotFoundError):
         if find_spec(launcher.package) is not None:
             return launcher.settings
-    raise InputError("hydra/launcher", name, f"needs pip install 'origami-lab[{launcher.extra}]'")
+    raise InputError(LAUNCHER, name, f"needs pip install 'origami-lab[{launcher.extra}]'")
+
+
+def has_local_jobs(overrides: Sequence[str]) -> bool:
+    """Whether a command's launcher runs its jobs as other processes of the same terminal."""
+    launcher = LAUNCHERS.get(str(_value(overrides, LAUNCHER)))
+    return launcher is not None and launcher.local
 
 
 @contextmanager

@@ -19,13 +19,15 @@ import json
 import re
 import uuid
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
 from origami_lab.errors import InputError
 from origami_lab.experiment.folder import FREE_TO_CHANGE, RunFolder, write_atomically
-from origami_lab.experiment.seeds import parse_seeds
+from origami_lab.experiment.seeds import format_seeds, parse_seeds
 from origami_lab.reporting.tables import FAILED, STOPPED, Spread, best_row, spent_budget, spreads
 
 INDEX, TABLE = "multirun.json", "multirun.csv"
@@ -51,12 +53,31 @@ class Job:
     """The keys that had several values in the multirun when the job was added, and this job's."""
     task: str = ""
     method: str = ""
+    seeds: str | int | list[int] | None = None
+    """All that its folder is to hold, also before it has begun; None in indexes of before they said."""
+
+    @property
+    def own(self) -> tuple[str, ...]:
+        """What differs beside task and searcher, in short."""
+        return tuple(text for key, text in short(self.varied).items() if key not in ("target", "objective", "search"))
 
     @property
     def name(self) -> str:
-        """Task, searcher, and what else differs: for people."""
-        others = [text for key, text in short(self.varied).items() if key not in ("target", "objective", "search")]
-        return " · ".join([self.task, self.method, *others])
+        """What differs, task and searcher, for people: first what a narrow column must not cut."""
+        return " · ".join([*self.own, self.task, self.method])
+
+    @property
+    def wanted(self) -> tuple[int, ...]:
+        """Its seeds, in order; () if the index does not say."""
+        return () if self.seeds is None else tuple(sorted(parse_seeds(self.seeds)))
+
+    @property
+    def as_it_is(self) -> Job:
+        """With the seeds that it holds, where the last command asked for some of them: another job may have these."""
+        if self.seeds is None:
+            return self
+        typed = (f"seed={self.seeds}" if _split(text)[0] == "seed" else text for text in self.overrides)
+        return replace(self, overrides=tuple(typed))
 
     @property
     def differs(self) -> str:
@@ -82,23 +103,38 @@ class Index:
         wanted = tuple(overrides)
         return next((job for job in self.jobs if job.overrides == wanted), None)
 
-    def planned(self, jobs: Sequence[Sequence[str]]) -> Index:
+    def heading(self, job: Job) -> str:
+        """Which of the jobs it is."""
+        return f"job {self.jobs.index(job) + 1} of {len(self.jobs)}: {job.name}"
+
+    def planned(self, jobs: Sequence[Sequence[str]], seeds: Sequence[Sequence[int]] = ()) -> Index:
         """The index with the jobs of a command: those that are there keep their folders, others get one.
+
+        What a run may change when it is resumed does not make another job, unless jobs differ in it already: those of
+        the command, or those of the index when they were added.
+
+        Parameters
+        ----------
+        seeds
+            Those of each job, where they are known.
 
         Raises
         ------
         InputError
             If two jobs are the same.
         """
-        varied = _varied(jobs)
-        found = list(self.jobs)
-        there = {_identity(job.overrides, varied): place for place, job in enumerate(found)}
-        asked = set[frozenset[str]]()
-        for overrides in jobs:
-            values = {key: value for key, value in map(_split, overrides) if key in varied}
-            identity = _identity(overrides, varied)
+        telling = _varied(jobs) | {key for job in self.jobs for key in job.varied}
+        # and what tells the new ones from those that are there
+        differing = telling | {key for key in _varied([*(job.overrides for job in self.jobs), *jobs]) if _is_fixed(key)}
+        found = [job.as_it_is for job in self.jobs]
+        there = {_identity(job.overrides, telling, job.wanted): place for place, job in enumerate(found)}
+        asked = set[frozenset[tuple[str, str]]]()
+        for overrides, own in zip_longest(jobs, seeds, fillvalue=()):
+            values = {key: value for key, value in map(_split, overrides) if key in differing}
+            identity = _identity(overrides, telling, own)
             if identity in asked:
-                raise InputError("-m", " ".join(overrides), "is there twice; every job must be another one")
+                key, value = [*map(_split, overrides), *values.items()][-1]
+                raise InputError(key, value, "makes the same job twice; every job must be another one")
             asked.add(identity)
             if identity in there:
                 place = there[identity]
@@ -115,8 +151,9 @@ class Outcome:
     """What a job has left on disk."""
 
     job: Job
+    begun: bool
     asked: int
-    """Its seeds; 0 if it was not started."""
+    """How many seeds it is to have; 0 if it was not started and the index does not say."""
     done: int
     """Trials that ran to their end."""
     failed: int
@@ -128,7 +165,7 @@ class Outcome:
 
     @property
     def status(self) -> str:
-        if not self.asked:
+        if not self.begun:
             return "not run"
         return FAILED if self.failed else "ok" if self.done == self.asked else STOPPED
 
@@ -176,6 +213,8 @@ def table_text(found: Sequence[Outcome]) -> str:
     for number, outcome in enumerate(found):
         job, spread, best = outcome.job, outcome.spread, outcome.best or {}
         values = dict(map(_split, job.overrides))  # a key may differ only since the multirun was extended
+        if job.seeds is not None:  # the last command may have asked for some of them
+            values["seed"] = str(job.seeds)
         cells = [number, job.folder, job.task, job.method, *(values.get(key, "") for key in keys)]
         cells += [outcome.status, outcome.done, outcome.asked]
         cells += ["", ""] if spread is None else [spread.mean, "" if spread.std is None else spread.std]
@@ -193,16 +232,21 @@ def short(varied: Mapping[str, str]) -> dict[str, str]:
     return shown
 
 
+def begun_seeds(folder: Path) -> tuple[int, ...]:
+    """The seeds that a run folder was started with; () if none can be read."""
+    run = RunFolder(folder)
+    with suppress(InputError):
+        return parse_seeds(run.config().get("seed")) if run.has_begun else ()
+    return ()
+
+
 def _outcome(folder: Path, job: Job) -> Outcome:
     run = RunFolder(folder)
-    try:
-        asked = len(parse_seeds(run.config().get("seed"))) if run.has_begun else 0
-    except InputError:
-        asked = 0
     rows = list(run.known_rows().values())
     return Outcome(
         job,
-        asked,
+        run.has_begun,
+        len({*job.wanted, *begun_seeds(folder)}),
         done=sum(map(spent_budget, rows)),
         failed=sum(str(row["status"]).startswith(FAILED) for row in rows),
         spread=spreads(rows).get("return"),
@@ -218,18 +262,20 @@ def _split(override: str) -> tuple[str, str]:
 
 def _varied(jobs: Sequence[Sequence[str]]) -> set[str]:
     """The keys that do not have the same value in all jobs."""
-    values: dict[str, set[str]] = {}
-    for key, value in (_split(override) for overrides in jobs for override in overrides):
-        values.setdefault(key, set()).add(value)
-    return {key for key, found in values.items() if len(found) > 1}
+    values = [dict(map(_split, overrides)) for overrides in jobs]
+    return {key for key in set[str]().union(*values) if len({found.get(key) for found in values}) > 1}
 
 
-def _identity(overrides: Iterable[str], varied: set[str]) -> frozenset[str]:
-    """What makes a job: not what a run may change when it is resumed, unless the jobs differ in it."""
-    pairs = {override: _split(override)[0] for override in overrides}
-    return frozenset(
-        override for override, key in pairs.items() if key in varied or key.partition(".")[0] not in FREE_TO_CHANGE
-    )
+def _identity(overrides: Iterable[str], telling: set[str], seeds: Sequence[int]) -> frozenset[tuple[str, str]]:
+    """What makes a job: what may not change, and the keys in which jobs differ. Seeds count as such, not as typed."""
+    values = dict(map(_split, overrides))
+    if seeds:
+        values["seed"] = str(format_seeds(sorted(seeds)))
+    return frozenset((key, value) for key, value in values.items() if key in telling or _is_fixed(key))
+
+
+def _is_fixed(key: str) -> bool:
+    return key.partition(".")[0] not in FREE_TO_CHANGE
 
 
 def _unique(text: str, taken: Iterable[str]) -> str:

@@ -82,9 +82,9 @@ class QuietDisplay:
 class PlainDisplay(QuietDisplay):
     """One line a finished trial, and one for the running ones every few seconds: for logs."""
 
-    def __init__(self, console: Console, seeds: Sequence[int], budget: int) -> None:
+    def __init__(self, console: Console, seeds: Sequence[int], budget: int, draws: bool = True) -> None:
         super().__init__(console)
-        self.budget = budget
+        self.budget, self.draws = budget, draws
         self.trials = {seed: _Trial() for seed in seeds}
         self.created = self.last_line = time.monotonic()
         self.warm = self.announced = False
@@ -97,7 +97,7 @@ class PlainDisplay(QuietDisplay):
         """Take in an event."""
         self._update(event)
         if isinstance(event, Finished | Failed) or (
-            isinstance(event, Progress) and self.trials[event.seed].begins_drawing(self.budget)
+            isinstance(event, Progress) and self.draws and self.trials[event.seed].begins_drawing(self.budget)
         ):
             self.say(self._line(event.seed))
         now = time.monotonic()
@@ -150,8 +150,8 @@ class PlainDisplay(QuietDisplay):
 class LiveDisplay(PlainDisplay):
     """A table that is drawn anew a few times a second: for terminals."""
 
-    def __init__(self, console: Console, seeds: Sequence[int], budget: int) -> None:
-        super().__init__(console, seeds, budget)
+    def __init__(self, console: Console, seeds: Sequence[int], budget: int, draws: bool = True) -> None:
+        super().__init__(console, seeds, budget, draws)
         self.live: Live | None = None
         self.drawn = 0.0
 
@@ -210,15 +210,15 @@ class LiveDisplay(PlainDisplay):
 
     def _status(self, trial: _Trial) -> str:
         if trial.running and trial.interactions >= self.budget:
-            return "drawing"
+            return "drawing" if self.draws else "writing"
         if trial.running and not self.warm:
             return "compiling" if self.announced else "loading"
         return trial.status[:40]
 
 
-def make_display(console: Console, verbosity: str, seeds: Sequence[int], budget: int) -> Display:
-    """The display that fits where the output goes."""
+def make_display(console: Console, verbosity: str, seeds: Sequence[int], budget: int, draws: bool = True) -> Display:
+    """The display that fits where the output goes; ``draws`` is whether trials end with pictures."""
     if verbosity == "quiet":
         return QuietDisplay(console)
     live = console.is_terminal and not console.is_dumb_terminal  # which rich would show nothing
-    return (LiveDisplay if live else PlainDisplay)(console, seeds, budget)
+    return (LiveDisplay if live else PlainDisplay)(console, seeds, budget, draws)

@@ -56,7 +56,9 @@ class Experiment:
     """Whether a second interrupt ended the trials where they were."""
 
 
-def run_experiment(settings: Settings, console: Console, command: Sequence[str] = ()) -> Experiment:
+def run_experiment(
+    settings: Settings, console: Console, command: Sequence[str] = (), interrupts: Interrupts | None = None
+) -> Experiment:
     """Run the trials that the settings ask for.
 
     A folder that cannot be written any more costs the trials that end meanwhile and not the others. Ctrl-C (SIGTERM,
@@ -69,6 +71,8 @@ def run_experiment(settings: Settings, console: Console, command: Sequence[str] 
         Where progress goes.
     command
         The command line, for the record.
+    interrupts
+        What hears the signals, if others are to look at it meanwhile.
 
     Raises
     ------
@@ -79,7 +83,7 @@ def run_experiment(settings: Settings, console: Console, command: Sequence[str] 
     """
     settings = fit_workers(settings)
     check_tracking(settings)
-    with Interrupts() as interrupts, Pool(settings) as pool:
+    with interrupts or Interrupts() as interrupts, Pool(settings) as pool:
         # the workers import while the parent imports and checks its input
         from origami_lab.game.seeding import saved_start
 
@@ -94,7 +98,8 @@ def run_experiment(settings: Settings, console: Console, command: Sequence[str] 
             rows = {seed: dict(row) for seed, row in folder.known_rows().items()}
             settings = _with_seeds_on_disk(settings, folder, rows)
             todo = tuple(seed for seed in settings.seeds if seed not in rows or not spent_budget(rows[seed]))
-            with _Unfailing(make_display(console, settings.verbosity, todo, settings.budget)) as display:
+            shown = make_display(console, settings.verbosity, todo, settings.budget, draws=settings.files == "all")
+            with _Unfailing(shown) as display:
                 if settings.resume and not resumed:
                     display.note(f"nothing to resume in {folder.path} yet: starting")
                 elif settings.resume:

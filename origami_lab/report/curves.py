@@ -48,6 +48,12 @@ class Curve:
         found: NDArray[np.float64] = self.values.std(axis=0, ddof=1)
         return found
 
+    @property
+    def band(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(S,) and (S,), one standard deviation below and above the mean, but no further than a trial has been."""
+        low = np.maximum(self.mean - self.std, self.values.min(axis=0))
+        return low, np.minimum(self.mean + self.std, self.values.max(axis=0))
+
     def solved(self, threshold: float) -> NDArray[np.float64]:
         """(S,) the share of trials that have reached the threshold."""
         found: NDArray[np.float64] = (self.values >= threshold).mean(axis=0)
@@ -122,19 +128,19 @@ def styles(rows: Sequence[Heading]) -> dict[Heading, tuple[str, str]]:
 
 
 def learning_figure(groups: Groups, column: Heading, curves: Mapping[tuple[Heading, Heading], Curve]) -> Figure:
-    """Mean best return so far of each searcher on one task, and a band of one standard deviation around it."""
+    """Mean best return so far of each searcher on one task, and its band."""
     figure, axes = _axes("interactions", "best return so far")
     start, end = math.inf, 10.0
     shown: list[float] = []
     for row, curve in _of(groups, column, curves):
-        mean, std = curve.mean, curve.std
+        mean = curve.mean
         known = ~np.isnan(mean)
         if not known.any():
             continue
         colour, dashes = styles(groups.rows)[row]
         steps = np.maximum(curve.steps[known], 1)
         axes.step(steps, mean[known], where="post", color=colour, linestyle=dashes, label=row.label)
-        low, high = (mean - std)[known], (mean + std)[known]
+        low, high = (edge[known] for edge in curve.band)
         axes.fill_between(steps, low, high, step="post", color=colour, alpha=0.16, linewidth=0)
         start, end = min(start, *steps), max(end, *steps)
         # the first designs are much worse than what matters: they may leave the picture at the bottom

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from origami_lab.errors import InputError
+from origami_lab.experiment.folder import RunFolder
 from origami_lab.export.fold import read_fold
 from origami_lab.export.foldfile import FoldFile, FoldFrame
 from origami_lab.report.collect import Note, Trial
@@ -29,6 +31,8 @@ from origami_lab.reporting.pictures import TargetSurface, read_target
 SIZE = 300
 """Pixels, the side of a picture."""
 MOTION_STEPS = 5
+ONLY_WITH_ALL_FILES = ("motion.fold",)
+"""What is read here and ``files=designs`` does not write."""
 _SAME = 1e-9
 """Returns that differ by less are equally good."""
 
@@ -123,9 +127,17 @@ def _read(trial: Trial, names: Iterable[str], notes: list[Note], without: str) -
         try:
             return read_fold(trial.folder / name)
         except InputError as error:
-            reasons.append(f"{name}: {error.value}")
+            reasons.append(f"{name}: {error.value}" if (trial.folder / name).exists() else _missing(trial, name))
     notes.append(Note(f"{without} ({'; '.join(reasons)})", (trial.folder,)))
     return None
+
+
+def _missing(trial: Trial, name: str) -> str:
+    """That a file is not there, and why if that was asked for."""
+    with suppress(InputError):
+        if name in ONLY_WITH_ALL_FILES and RunFolder(trial.run).config().get("files") == "designs":
+            return f"files=designs leaves out {name}"
+    return f"there is no {name}"
 
 
 def read_target_of(trials: Sequence[Trial], notes: list[Note]) -> TargetSurface | None:

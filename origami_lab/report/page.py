@@ -137,8 +137,9 @@ def _curves(content: Content) -> str:
     if not body:
         return ""
     return (
-        "<p>The mean of the best return so far, with a band of one standard deviation, from where every trial has a"
-        " design; then the share of trials that have come to the return named at the axis.</p>\n" + body
+        "<p>The mean of the best return so far, with a band of one standard deviation that ends where the trials do,"
+        " from where every trial has a design; then the share of trials that have come to the return named at the"
+        " axis.</p>\n" + body
     )
 
 
@@ -149,26 +150,26 @@ def _plot(svg: bytes, name: str) -> str:
 def _gallery(content: Content) -> str:
     if not content.shapes:
         return ""
-    head = "".join(f'<th scope="col">{_heading(row)}</th>' for row in content.groups.rows)
     body = ""
     for column in content.groups.columns:
-        cells = ""
-        for row in content.groups.rows:
-            shape = content.shapes.get((row, column))
-            if shape is None:
-                cells += '<td class="missing">–</td>'
-                continue
-            kind = ' class="first"' if shape.best else ""
-            picture = _picture(shape.image, f"{column.label}, {row.label}")
-            caption = f"{escape(shape.caption)}{_links(content.designs[row, column])}"
-            cells += f"<td{kind}><figure>{picture}<figcaption>{caption}</figcaption></figure></td>"
-        body += f'<tr><th scope="row">{_heading(column)}</th>{cells}</tr>\n'
+        cells = "".join(_shape(content, row, column) for row in content.groups.rows)
+        body += f'<h3>{_heading(column)}</h3>\n<div class="shapes">{cells}</div>\n'
     return (
         "<p>The best folded shape of each searcher, with its return and seed; the best of each task is framed. Links"
-        " lead to the folder <code>designs</code> beside this page.</p>\n"
-        f'<div class="wide"><table class="shapes"><thead><tr><th></th>{head}</tr></thead>\n'
-        f"<tbody>\n{body}</tbody></table></div>\n"
+        f" lead to the folder <code>designs</code> beside this page.</p>\n{body}"
     )
+
+
+def _shape(content: Content, row: Heading, column: Heading) -> str:
+    """A searcher's place in the row of a task, also if it has no design there: rows are compared."""
+    shape = content.shapes.get((row, column))
+    name = f"<b>{_heading(row)}</b>"
+    if shape is None:
+        return f'<figure class="missing"><div class="card">–</div><figcaption>{name}</figcaption></figure>'
+    picture = _picture(shape.image, f"{column.label}, {row.label}")
+    caption = f"{name}{escape(shape.caption)}{_links(content.designs[row, column])}"
+    kind = ' class="first"' if shape.best else ""
+    return f"<figure{kind}>{picture}<figcaption>{caption}</figcaption></figure>"
 
 
 def _links(design: Beside) -> str:

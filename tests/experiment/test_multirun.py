@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from origami_lab.experiment.folder import FREE_TO_CHANGE
 from origami_lab.experiment.multirun import LAUNCHERS
 from origami_lab.reporting.tables import TIMINGS, read_trials
 from tests.experiment.conftest import run
@@ -17,6 +18,7 @@ pytestmark = pytest.mark.slow
 
 GRID = ("-m", "target=pyramid", "search=glob([rdm,dfts])", "budget=60", "seed=0", "verbosity=quiet")
 NAMES = ["pyramid · dfts", "pyramid · rdm"]
+PLAIN = ("-m", "target=pyramid", "tracking=none", "files=designs", "budget=60")
 
 
 def found(folder: Path) -> dict[str, list[dict[str, Any]]]:
@@ -60,7 +62,11 @@ def test_one_folder_and_one_experiment(first: Path) -> None:
     parents = {run.info.run_name: run for run in there if "seed" not in run.data.tags}
     children = [run for run in there if "seed" in run.data.tags]
     assert sorted(parents) == NAMES
-    assert sorted(run.info.run_name for run in children) == [f"{job} · seed 0" for job in NAMES]
+    assert sorted(run.info.run_name for run in children) == [f"seed 0 · {job}" for job in NAMES]
+    for logged in (one.data for one in there):  # a parameter cannot change when the run is resumed
+        changing = {name for name in logged.params if name.partition(".")[0] in FREE_TO_CHANGE}
+        assert changing == ({"seed"} if "seed" in logged.tags else set())
+        assert logged.params["budget"] == "60"
     assert {run.data.tags["multirun"] for run in there} == {experiment.removeprefix("multirun-")}
     for number, (name, method) in enumerate(zip(NAMES, ("dfts", "rdm"), strict=True)):
         tags = parents[name].data.tags
@@ -110,12 +116,49 @@ def test_a_multirun_goes_on_and_grows(first: Path, capfd: pytest.CaptureFixture[
     longer = ("search=choice(rdm)", "budget=range(60,80,10)", output, "resume=true")
     assert run(place, *GRID, *longer) == 0
     now = found(first)
-    assert list(now) == ["budget=70", "dfts", "rdm"]
+    assert list(now) == ["dfts", "rdm", "rdm-budget=70"]
     assert {name: now[name] for name in before} == before
     assert (first / "rdm/seed=0/best.fold").is_file()
     assert (first / "dfts/seed=0/result.json").stat().st_mtime_ns == kept
     (there,) = runs(place).values()
-    names = [*NAMES, "pyramid · rdm · budget=70"]
-    assert sorted(run.info.run_name for run in there) == sorted([*names, *(f"{name} · seed 0" for name in names)])
+    names = [*NAMES, "budget=70 · pyramid · rdm"]
+    assert sorted(run.info.run_name for run in there) == sorted([*names, *(f"seed 0 · {name}" for name in names)])
     budgets = {row["folder"]: row["budget"] for row in table(first)}
-    assert budgets == {"dfts": "60", "rdm": "60", "budget=70": "70"}
+    assert budgets == {"dfts": "60", "rdm": "60", "rdm-budget=70": "70"}
+
+
+def test_other_seeds_are_other_jobs_where_jobs_differ_in_seeds(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    grid = (*PLAIN, "search=rdm", "output=out")
+    assert run(tmp_path, *grid, "seed=0..1,5") == 0
+    said = capsys.readouterr()
+    begun = [line for line in said.err.splitlines() if line.startswith("job ")]
+    assert begun == ["job 1 of 2: seed=0..1 · pyramid · rdm", "job 2 of 2: seed=5 · pyramid · rdm"]
+    assert "seed 5: " in said.err
+    assert "drawing" not in said.err  # there are no pictures
+    assert run(tmp_path, *grid, "seed=7", "resume=true") == 0
+    rows = {row["folder"]: row["seed"] for row in table(tmp_path / "out")}
+    assert rows == {"seed=0..1": "0..1", "seed=5": "5", "seed=7": "7"}
+    held = {name: [row["seed"] for row in trials] for name, trials in found(tmp_path / "out").items()}
+    assert held == {"seed=0..1": [0, 1], "seed=5": [5], "seed=7": [7]}
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        (("search=glob(zz*)",), "error: search=glob(zz*): names no value, so that there is no job to run\n"),
+        (("budget=range(10,5)",), "error: budget=range(10,5): names no value, so that there is no job to run\n"),
+        (("search=rdm,dfts,rdm",), "error: search=rdm,dfts,rdm: names rdm more than once; "),
+        (("seed=0..1,[0,1]",), "error: seed=[0,1]: makes the same job twice; "),
+    ],
+)
+def test_no_job_or_one_twice_is_refused(
+    settings: tuple[str, ...], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for place in ((), ("output=out",)):
+        assert run(tmp_path, *PLAIN, *settings, *place) == 2
+        error = capsys.readouterr().err
+        assert error.startswith(said)
+        assert error.count("\n") == 1
+        assert list(tmp_path.iterdir()) == []

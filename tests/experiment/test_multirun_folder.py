@@ -5,9 +5,12 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 import statistics
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from omegaconf import OmegaConf
 
@@ -16,6 +19,8 @@ from origami_lab.experiment.machine import usable_cores
 from origami_lab.experiment.multirun import LAUNCHERS, cores_of_job, enter_job, launcher_settings, multirun_folder
 from origami_lab.experiment.multirun_folder import (
     Index,
+    Job,
+    begun_seeds,
     membership,
     new_index,
     outcomes,
@@ -23,6 +28,7 @@ from origami_lab.experiment.multirun_folder import (
     table_text,
     write_index,
 )
+from origami_lab.experiment.seeds import format_seeds
 from origami_lab.reporting.tables import format_trials
 from tests.experiment.conftest import inside
 
@@ -60,6 +66,20 @@ def test_folders_are_named_by_what_differs(jobs: list[list[str]], names: list[st
     assert [index.find(job) for job in jobs] == list(index.jobs)
 
 
+@pytest.mark.parametrize(
+    ("varied", "name"),
+    [
+        ({"target": "bowl", "search": "evo"}, "bowl · evo"),
+        ({"search.population": "64"}, "population=64 · bowl · evo"),
+        ({"target": "bowl", "seed": "0..1", "search.sigma": "1"}, "seed=0..1 · sigma=1 · bowl · evo"),
+    ],
+)
+def test_a_name_begins_with_what_differs(varied: dict[str, str], name: str) -> None:
+    job = Job("x", (), varied, "bowl", "evo")
+    assert job.name == name
+    assert Index("x", (Job("y", (), {}), job)).heading(job) == f"job 2 of 2: {name}"
+
+
 def test_long_values_make_short_names() -> None:
     index = Index("x").planned([[f"target.path={'a' * 300}{end}"] for end in "xy"])
     assert all(len(name) < 120 for name in folders(index))
@@ -67,8 +87,11 @@ def test_long_values_make_short_names() -> None:
 
 
 def test_the_same_job_twice_is_refused() -> None:
-    with pytest.raises(InputError, match="is there twice"):
-        Index("x").planned([["seed=1"], ["seed=1"]])
+    with pytest.raises(InputError, match="seed=1: makes the same job twice"):
+        Index("x").planned([["target=cube", "seed=1"], ["target=cube", "seed=1"]])
+    # other words for the same seeds
+    with pytest.raises(InputError, match=r"seed=0\.\.1: makes the same job twice"):
+        Index("x").planned([["seed=[1,0]", "workers=1"], ["seed=0..1", "workers=1"]], [(1, 0), (0, 1)])
 
 
 def test_an_extended_multirun_keeps_its_folders() -> None:
@@ -77,12 +100,58 @@ def test_an_extended_multirun_keeps_its_folders() -> None:
     # other seeds are the same job, another searcher is another one, and what is not asked for stays known
     asked = [["seed=0..9", "target=bowl", f"search={name}", "workers=1"] for name in ("evo", "rdm")]
     longer = first.planned(asked)
-    assert folders(longer) == ["cube", "bowl", "evo"]
+    assert folders(longer) == ["cube", "bowl", "bowl-evo"]
     assert [longer.find(job) for job in asked] == [longer.jobs[2], longer.jobs[1]]
     assert longer.id == first.id
     # but a seed that tells jobs apart does
     seeds = Index("x").planned([["seed=0"], ["seed=1"]])
     assert folders(seeds.planned([["seed=1"], ["seed=2"]])) == ["seed=0", "seed=1", "seed=2"]
+    # also where the jobs of the command do not differ in it
+    assert folders(seeds.planned([["seed=2"]])) == ["seed=0", "seed=1", "seed=2"]
+    # and a job is named by what tells it from those that are there
+    other = first.planned([["target=cube", "search=rdm", "seed=0..1", "budget=20"]])
+    assert folders(other) == ["cube", "bowl", "cube-budget=20"]
+
+
+def seeds_in(name: str) -> tuple[int, ...]:
+    """What a folder's name says of its seeds; () if nothing."""
+    found = re.search(r"seed=(\d+)(?:\.\.(\d+))?", name)
+    return tuple(range(int(found[1]), int(found[2] or found[1]) + 1)) if found else ()
+
+
+def test_name_seed_column_and_contents_agree_whatever_was_asked_for_before(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    kinds = set()
+    for number in range(60):
+        folder, index = tmp_path / str(number), Index("x")
+        for _ in range(4):
+            spans = rng.integers(0, 4, (int(rng.integers(1, 3)), 2))
+            seeds = sorted({tuple(range(low, low + more + 1)) for low, more in spans.tolist()})
+            budgets = rng.permutation([500, 600])[: rng.integers(1, 3)]
+            asked = [(budget, own) for budget in budgets for own in seeds]
+            jobs = [[f"budget={budget}", f"seed={own[0]}..{own[-1]}"] for budget, own in asked]
+            index = index.planned(jobs, [own for _, own in asked])
+            for overrides, (budget, own) in zip(jobs, asked, strict=True):
+                job = index.find(overrides)
+                assert job is not None
+                path = folder / job.folder
+                holds = sorted({*begun_seeds(path), *own})
+                place = index.jobs.index(job)
+                jobs_now = (*index.jobs[:place], replace(job, seeds=format_seeds(holds)), *index.jobs[place + 1 :])
+                index = replace(index, jobs=jobs_now)
+                path.mkdir(parents=True, exist_ok=True)
+                (path / "budget").write_text(str(budget))
+                (path / "config.yaml").write_text(f"seed: {format_seeds(holds)}\n")
+        for row in csv.DictReader(io.StringIO(table_text(outcomes(folder, index)))):
+            held = begun_seeds(folder / row["folder"])
+            kinds.add("seed" in row)
+            assert int(row["asked"]) == len(held)
+            assert seeds_in(row["folder"]) in ((), held), row
+            if "seed" in row:
+                assert row["seed"] == str(format_seeds(held))
+            if "budget" in row:
+                assert row["budget"] == (folder / row["folder"] / "budget").read_text()
+    assert kinds == {True, False}
 
 
 def test_the_index_on_disk(tmp_path: Path) -> None:
@@ -121,6 +190,12 @@ def test_the_table_says_what_is_on_disk(tmp_path: Path) -> None:
     assert [row["folder"] for row in table] == folders(index)
     assert [(row["target"], row["search"]) for row in table] == PAIRS
     assert [(row["trials"], row["asked"]) for row in table] == [("3", "3"), ("2", "3"), ("0", "1"), ("0", "0")]
+    # the index knows what a job was asked for that has not begun, or not with all
+    asked = replace(index, jobs=tuple(replace(job, seeds="0..3") for job in index.jobs))
+    more = outcomes(tmp_path, asked)
+    assert [(outcome.status, outcome.asked) for outcome in more] == [
+        *(("stopped", 4), ("stopped", 4), ("failed", 4), ("not run", 4)),
+    ]
     assert float(table[0]["return_mean"]) == pytest.approx(statistics.fmean(returns))
     assert float(table[0]["return_std"]) == pytest.approx(statistics.stdev(returns))
     assert (table[0]["best_return"], table[0]["best_seed"], table[0]["interactions"]) == ("-0.25", "1", "30")

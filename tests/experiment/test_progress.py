@@ -86,6 +86,20 @@ def test_drawing_is_said_once_and_no_design_has_no_return(monkeypatch: pytest.Mo
     assert "-24" not in out.getvalue()
 
 
+def test_a_trial_without_pictures_draws_none() -> None:
+    log, terminal = (Console(file=io.StringIO(), force_terminal=live, width=100) for live in (False, True))
+    for console in (log, terminal):
+        with make_display(console, "normal", [3], 100, draws=False) as display:
+            for event in (Started(3), Progress(3, 100, -1.0)):
+                display.show(event)
+            if isinstance(display, LiveDisplay):
+                console.print(display._table())
+            display.show(Finished(3, ROW, []))
+        text = console.file.getvalue()  # type: ignore[attr-defined]
+        assert "seed 3: 100 of 100" in text or "writing" in text
+        assert "drawing" not in text
+
+
 def test_notes_are_not_for_the_quiet() -> None:
     out = io.StringIO()
     for verbosity in ("quiet", "normal"):

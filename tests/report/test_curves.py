@@ -59,6 +59,21 @@ def test_what_every_first_design_is_worth_is_not_solved(tmp_path: Path) -> None:
     assert found == {"bucket": None, "shelf": pytest.approx(3.96), "cube": pytest.approx(-0.071), "table": None}
 
 
+def test_the_band_ends_where_the_trials_do(tmp_path: Path) -> None:
+    write_run(tmp_path / "a", "cube", "rdm", [trial(-0.1), trial(-0.1), trial(-4.1)])
+    _, groups, _ = gather(tmp_path)
+    [curve] = read_curves(groups, []).values()
+    mean, std = -4.3 / 3, 4 / math.sqrt(3)  # of 0, 0 and 4: a third of 4, and the root of 32 / 3 / 2
+    assert mean + std > -0.1 > -4.1 + std
+    low, high = curve.band
+    np.testing.assert_allclose(high, -0.1)
+    np.testing.assert_allclose(low, mean - std)
+    [column] = groups.columns
+    [axes] = learning_figure(groups, column, {next(iter(groups.cells)): curve}).axes
+    [band] = axes.collections
+    assert band.get_datalim(axes.transData).y1 == pytest.approx(-0.1)
+
+
 def test_figures_show_the_curves(folder: Path, tmp_path: Path) -> None:
     write_run(tmp_path / "b", "cube", "evo", [trial(-1.0, 50), trial(-3.0, 60)])
     _, groups, _ = gather(tmp_path)

@@ -22,6 +22,7 @@ from origami_lab.reporting.scene import BACK, FRONT
 from origami_lab.reporting.tables import read_trials
 from tests.experiment.conftest import SMALL, run
 from tests.report.runs import trial, write_run
+from tests.reporting.test_viewer import in_chromium, visit
 
 TABLES = {f"{name}.{kind}" for name in ("returns", "interactions") for kind in ("md", "csv", "tex")}
 
@@ -182,6 +183,9 @@ def test_what_a_folder_lacks_is_said(results: Path, tmp_path: Path, capsys: pyte
     shutil.copytree(results / "pyramid/rdm", tmp_path / "runs/rdm")
     for path in (tmp_path / "runs/rdm").glob("seed=*/motion.fold"):
         path.unlink()
+    shutil.copytree(tmp_path / "runs/rdm", tmp_path / "designs/rdm")
+    config = tmp_path / "designs/rdm/config.yaml"
+    config.write_text(config.read_text(encoding="utf-8").replace("files: all", "files: designs"), encoding="utf-8")
     (tmp_path / "runs/rdm/target.ply").write_bytes(b"ply")
     shutil.copytree(results / "pyramid/dfts", tmp_path / "runs/dfts")
     for path in (tmp_path / "runs/dfts").glob("seed=*/*.fold"):
@@ -190,5 +194,30 @@ def test_what_a_folder_lacks_is_said(results: Path, tmp_path: Path, capsys: pyte
     notes = capsys.readouterr().err
     assert re.search(r"runs/dfts/seed=\d: not in the gallery \(best.fold", notes)
     assert re.search(r"runs/rdm: drawn without its target", notes)
-    assert re.search(r"runs/rdm/seed=\d: its motion is drawn in fewer steps \(motion.fold", notes)
+    assert re.search(r"runs/rdm/seed=\d: its motion is drawn in fewer steps \(there is no motion.fold\)", notes)
     assert (tmp_path / "runs/report/figures/motion-pyramid.png").is_file()
+    assert main(["report", str(tmp_path / "designs")]) == 0
+    notes = capsys.readouterr().err
+    assert re.search(r"its motion is drawn in fewer steps \(files=designs leaves out motion.fold\)", notes)
+    assert "No such file" not in notes
+    assert (tmp_path / "designs/report/figures/motion-pyramid.png").is_file()
+
+
+@in_chromium
+@pytest.mark.slow
+def test_a_gallery_of_many_searchers_fits_the_page(results: Path, tmp_path: Path) -> None:
+    text = (results / "report/index.html").read_text(encoding="utf-8")
+    figures = re.compile(r'(?<=<div class="shapes">).*?(?=</div>\n)', re.DOTALL)
+    [row] = (found for found in figures.findall(text) if "turn and fold" in found)
+    text = figures.sub(row * 6, text)  # a picture of each of two searchers, one a row without a picture
+    script = "<script>document.title = [...document.querySelectorAll('.shapes, .shapes figure')].map(e => "
+    script += "[e.scrollWidth - e.clientWidth, e.getBoundingClientRect().right].join(':')).join(' ')</script>"
+    (tmp_path / "page.html").write_text(text.replace("</body>", f"{script}</body>"), encoding="utf-8")
+    for width in (1400, 500):
+        title = re.search(
+            r"<title>(.*?)</title>", visit(tmp_path / "page.html", "--dump-dom", f"--window-size={width},900")
+        )
+        assert title is not None
+        boxes = [tuple(map(float, box.split(":"))) for box in title[1].split()]
+        assert len(boxes) >= 1 + 2 * 6
+        assert all(over <= 0 and right <= width for over, right in boxes)
