@@ -85,7 +85,7 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
             raise explain(error, overrides, known_keys) or find_culprit(words) or error from None
     if raised:
         raise raised[0]
-    if multirun is not None and not codes:  # the jobs ran in other processes
+    if multirun is not None:  # of all its jobs, also those that ran in other processes or in an earlier command
         codes.append(multirun.exit_code)
     return max(codes, default=0)
 

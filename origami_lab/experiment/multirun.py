@@ -20,7 +20,7 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import Override
 from hydra.core.utils import setup_globals
 from hydra.experimental.callback import Callback
-from omegaconf import DictConfig, OmegaConf, open_dict
+from omegaconf import DictConfig, ListConfig, OmegaConf, open_dict
 from omegaconf.errors import OmegaConfBaseException
 
 from origami_lab.errors import InputError
@@ -101,15 +101,26 @@ class CheckJobs(Callback):
 
 def _jobs(config: DictConfig) -> list[list[str]] | None:
     """The overrides of each job; None if the sweeper is not Hydra's own and makes them up as it goes."""
-    if not str(config.hydra.sweeper._target_).endswith("BasicSweeper"):
+    if not _lists_its_jobs(config.hydra):
         return None
     texts = [f"{key}={value}" for key, value in (config.hydra.sweeper.get("params") or {}).items()]
     parser = OverridesParser.create(config_loader=GlobalHydra.instance().config_loader())
-    overrides = parser.parse_overrides([*texts, *config.hydra.overrides.task])
+    overrides = parser.parse_overrides([*texts, *_as_typed(config.hydra.overrides.task)])
     for override in overrides:
         if override.is_discrete_sweep():
             _check_values(override)
     return [job for batch in BasicSweeper.split_arguments(overrides, max_batch_size=None) for job in batch]
+
+
+def _lists_its_jobs(hydra: DictConfig) -> bool:
+    return str(hydra.sweeper._target_).endswith("BasicSweeper")
+
+
+def _as_typed(overrides: ListConfig) -> list[str]:
+    """The overrides of a job; what they refer to (``${board.size}``) may have another value in each job."""
+    found = OmegaConf.to_container(overrides, resolve=False)
+    assert isinstance(found, list)
+    return found
 
 
 def _check_values(override: Override) -> None:
@@ -272,8 +283,10 @@ def enter_job(config: DictConfig, hydra: DictConfig, folder: Path, place: Path) 
     """
     if Path.cwd() != place:
         os.chdir(place)
-    index = read_index(folder)
-    job = index.find(hydra.overrides.task) if index else None
+    index, overrides = read_index(folder), _as_typed(hydra.overrides.task)
+    job = index.find(overrides) if index else None
+    if job is None and _lists_its_jobs(hydra):
+        raise InputError("output", folder, f"has no job {' '.join(overrides)} in its {INDEX}; start anew")
     # a sweeper that makes up its jobs as it goes has them numbered
     name = job.folder if job else str(hydra.job.num)
     config.output = str(folder / name)

@@ -162,3 +162,20 @@ def test_no_job_or_one_twice_is_refused(
         assert error.startswith(said)
         assert error.count("\n") == 1
         assert list(tmp_path.iterdir()) == []
+
+
+def test_a_value_that_refers_to_another_is_the_job_s_own(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """And the exit code is of all jobs, also those that the command does not name."""
+    grid = ("target=pyramid", "search=rdm", "board=9x9,13x13", "budget=${board.size}", "seed=0")
+    quick = ("tracking=none", "files=designs", "output=out")
+    assert run(tmp_path, "-m", *grid, *quick) == 0
+    rows = table(tmp_path / "out")
+    assert [(row["board"], row["status"], row["interactions"]) for row in rows] == [
+        ("9x9", "ok", "9"),
+        ("13x13", "ok", "13"),
+    ]
+    shutil.rmtree(tmp_path / "out" / rows[0]["folder"])
+    grid = ("target=pyramid", "search=rdm", "board=13x13", "budget=${board.size}", "seed=0")
+    capfd.readouterr()
+    assert run(tmp_path, "-m", *grid, *quick, "resume=true") == 1
+    assert "not run" in capfd.readouterr().out
