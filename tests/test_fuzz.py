@@ -28,7 +28,9 @@ def faults(cases: list[fuzz.Case]) -> list[tuple[str | None, list[str], str]]:
 def test_random_overrides_are_refused_or_understood() -> None:
     cases = [fuzz.run_inside(arguments) for arguments in fuzz.override_cases(25, seed=3)]
     assert faults(cases) == []
-    assert {case.code for case in cases} == {0, 2}
+    # a multirun has 1 if a job has not run, and here none does
+    assert {case.code for case in cases if "-m" not in case.arguments} == {0, 2}
+    assert {case.code for case in cases if "-m" in case.arguments} <= {1, 2}
 
 
 @pytest.mark.slow

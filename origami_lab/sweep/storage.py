@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import time
@@ -19,7 +20,7 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from origami_lab.errors import InputError
 from origami_lab.experiment.stores import cause_of, without_password
-from origami_lab.sweep.databases import Database
+from origami_lab.sweep.databases import LONGEST_WAIT, Database, is_away
 from origami_lab.sweep.declaration import Declaration
 
 if TYPE_CHECKING:
@@ -107,7 +108,8 @@ def open_storage(declaration: Declaration, patience: float = 0.0) -> BaseStorage
         raise InputError("storage", shown, EXPECTED)
     # the driver that comes with our extra; SQLAlchemy 2.0 takes another one by default
     url = f"postgresql+psycopg://{rest}" if scheme == "postgresql" else str(text)
-    for attempt in range(ATTEMPTS):
+    deadline = time.monotonic() + patience
+    for attempt in itertools.count():
         try:
             return optuna.storages.get_storage(Database(url, patience))
         except ImportError:
@@ -115,9 +117,10 @@ def open_storage(declaration: Declaration, patience: float = 0.0) -> BaseStorage
             raise InputError("storage", shown, f"needs a database driver: {hint}") from None
         except Exception as error:
             # two that make the tables at the same moment disturb each other: the second look finds them
-            if attempt == ATTEMPTS - 1 or "connect" in str(error).lower():
+            more = time.monotonic() < deadline if is_away(error) else attempt < ATTEMPTS - 1
+            if not more:
                 raise StorageError(explain(error, shown)) from error
-            time.sleep(0.2 * (attempt + 1))
+            time.sleep(min(0.2 * (attempt + 1), LONGEST_WAIT))
     raise AssertionError
 
 

@@ -260,7 +260,12 @@ def test_a_job_finds_its_folder_wherever_it_runs(tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     write_index(tmp_path / "out", index)
     hydra = OmegaConf.create(
-        {"launcher": {"ray": {"remote": {"num_cpus": 2}}}, "overrides": {"task": GRID[2]}, "job": {"num": 7}}
+        {
+            "launcher": {"ray": {"remote": {"num_cpus": 2}}},
+            "sweeper": {"_target_": "hydra._internal.core_plugins.basic_sweeper.BasicSweeper"},
+            "overrides": {"task": GRID[2]},
+            "job": {"num": 7},
+        }
     )
     config = OmegaConf.create({"output": "out", "resume": True, "workers": "auto"})
     with inside(tmp_path):
@@ -275,6 +280,9 @@ def test_a_job_finds_its_folder_wherever_it_runs(tmp_path: Path) -> None:
         again = OmegaConf.create({"output": "out", "resume": False, "workers": 1})
         assert enter_job(again, hydra, Path("out"), tmp_path) == "bowl-rdm"
         assert again == {"output": "out/bowl-rdm", "resume": True, "workers": 1}
-        # a sweeper that makes up its jobs has them numbered
         hydra.overrides.task = ["budget=11"]
+        with pytest.raises(InputError, match=r"^output=out: has no job budget=11 in its multirun.json"):
+            enter_job(again, hydra, Path("out"), tmp_path)
+        # a sweeper that makes up its jobs has them numbered
+        hydra.sweeper._target_ = "somebody.s.OptunaSweeper"
         assert enter_job(again, hydra, Path("out"), tmp_path) == "7"
