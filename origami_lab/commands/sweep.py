@@ -24,7 +24,7 @@ def main(arguments: Sequence[str]) -> int:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("file", metavar="FILE", help="the sweep's YAML file, e.g. sweeps/evo_bowl.yaml")
-    parser.add_argument("changes", nargs="*", metavar="KEY=VALUE", help="what is other than in the file")
+    parser.add_argument("changes", nargs="*", default=[], metavar="KEY=VALUE", help="what is other than in the file")
     parser.add_argument("--quiet", action="store_true", help="say nothing but warnings and errors")
     options = parser.parse_intermixed_args(arguments)
     from rich.console import Console
