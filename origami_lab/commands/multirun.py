@@ -170,10 +170,11 @@ class Multirun:
     def _going_on(self) -> str:
         """The command that finishes the multirun."""
         from origami_lab.experiment.multirun import SWEEP_DIR
+        from origami_lab.experiment.stores import command_text
 
         place = ("output", "resume", SWEEP_DIR)
         words = [word for word in self.arguments if word.partition("=")[0] not in place]
-        return shlex.join(["origami-lab", *words, f"output={self.folder}", "resume=true"])
+        return command_text(["origami-lab", *words, f"output={self.folder}", "resume=true"])
 
 
 def _hydra() -> DictConfig:

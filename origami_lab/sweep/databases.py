@@ -33,12 +33,12 @@ class Database(RDBStorage):
     url
         SQLAlchemy's.
     patience
-        Seconds for which it waits for a database that was there and is not now.
+        Seconds for which it waits for a database that does not answer.
     """
 
     def __init__(self, url: str, patience: float = 0.0) -> None:
         self.patience = patience
-        super().__init__(url, engine_kwargs={"pool_pre_ping": True})
+        _patient(RDBStorage.__init__)(self, url, engine_kwargs={"pool_pre_ping": True})
 
 
 def is_away(error: BaseException) -> bool:

@@ -105,8 +105,8 @@ class Outcome:
         except (ValueError, RuntimeError):  # all returns are the same
             return {}, ""
         left_out = len(everywhere) < len(self.declaration.space)
-        conditional = "; without those under conditions, or always the same" if left_out else ""
-        return dict(found), f"part of the variance explained (fANOVA, {len(complete)} trials{conditional})"
+        note = f"part of the variance explained (fANOVA, {len(complete)} trials)"
+        return dict(found), note + ("\nwithout parameters under conditions, or with one value" if left_out else "")
 
     def best_yaml(self, best: Mapping[str, Any]) -> str:
         """The best trial's configuration, which runs as it is."""

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from origami_lab.errors import InputError
+from origami_lab.experiment.folder import flatten
 from origami_lab.experiment.locate import nearest
 from origami_lab.experiment.seeds import parse_seeds
 
@@ -114,19 +115,10 @@ class Reader:
         if isinstance(value, str):
             return tuple(value.split())
         if isinstance(value, Mapping):
-            return tuple(override(name, item) for name, item in _leaves(value))
+            return tuple(override(name, item) for name, item in flatten(value).items())
         if isinstance(value, Sequence) and all(isinstance(item, str) for item in value):
             return tuple(value)
         raise self.refuse(key, "must be settings like target=bowl: a list of them, or a mapping of keys to values")
-
-
-def _leaves(values: Mapping[Any, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Keys and values of nested mappings, by dotted keys."""
-    for name, value in values.items():
-        if isinstance(value, Mapping):
-            yield from _leaves(value, f"{prefix}{name}.")
-        else:
-            yield f"{prefix}{name}", value
 
 
 def check_own(field: str, name: str, allowed: Sequence[str] = ()) -> None:

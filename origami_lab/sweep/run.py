@@ -75,20 +75,21 @@ def run_sweep(declaration: Declaration, console: Console, command: Sequence[str]
                 interrupts.limit = None
             study.release()
             study.write_record()
-            summary = study.write_outcome(command) if study.done else {}
+            done = study.done
+            summary = study.write_outcome(command) if done else {}
             interrupts.limit = interrupts.count + 1  # the next one ends the wait
             with suppress(KeyboardInterrupt):
                 tracker.finish(summary)
             interrupts.limit = None
         for error in crew.errors[:1]:
             display.say(f"error: {error.error}; what was played is kept, the same command goes on")
-        done = study.done
-        places = [*study.look(), *(study.look_at_comparison().values() if done else ())]
-        failed = crew.errors or any(place.state == "failed" for place in places)
+        places = study.look()
+        compared = study.look_at_comparison().values() if done else ()
+        failed = crew.errors or any(place.state == "failed" for place in (*places, *compared))
         code = EXIT_FAILED if failed else EXIT_OK
         if interrupts.count and not done:
             code = EXIT_INTERRUPTED
-            display.stopped(study.look(), command)
+            display.stopped(places, command)
         return Sweep(declaration.folder, code, summary)
 
 

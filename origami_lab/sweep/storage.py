@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 import os
 import time
@@ -20,7 +19,7 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from origami_lab.errors import InputError
 from origami_lab.experiment.stores import cause_of, without_password
-from origami_lab.sweep.databases import LONGEST_WAIT, Database, is_away
+from origami_lab.sweep.databases import Database, is_away
 from origami_lab.sweep.declaration import Declaration
 
 if TYPE_CHECKING:
@@ -77,7 +76,7 @@ def open_storage(declaration: Declaration, patience: float = 0.0) -> BaseStorage
     Parameters
     ----------
     patience
-        Seconds for which a database that goes away later is waited for.
+        Seconds for which a database that does not answer is waited for, now and later.
 
     Raises
     ------
@@ -108,8 +107,7 @@ def open_storage(declaration: Declaration, patience: float = 0.0) -> BaseStorage
         raise InputError("storage", shown, EXPECTED)
     # the driver that comes with our extra; SQLAlchemy 2.0 takes another one by default
     url = f"postgresql+psycopg://{rest}" if scheme == "postgresql" else str(text)
-    deadline = time.monotonic() + patience
-    for attempt in itertools.count():
+    for attempt in range(ATTEMPTS):
         try:
             return optuna.storages.get_storage(Database(url, patience))
         except ImportError:
@@ -117,10 +115,9 @@ def open_storage(declaration: Declaration, patience: float = 0.0) -> BaseStorage
             raise InputError("storage", shown, f"needs a database driver: {hint}") from None
         except Exception as error:
             # two that make the tables at the same moment disturb each other: the second look finds them
-            more = time.monotonic() < deadline if is_away(error) else attempt < ATTEMPTS - 1
-            if not more:
+            if attempt == ATTEMPTS - 1 or is_away(error):
                 raise StorageError(explain(error, shown)) from error
-            time.sleep(min(0.2 * (attempt + 1), LONGEST_WAIT))
+            time.sleep(0.2 * (attempt + 1))
     raise AssertionError
 
 
