@@ -27,9 +27,9 @@ from urllib.parse import urlencode
 from PIL import Image
 
 from origami_lab.errors import InputError
-from origami_lab.experiment.multirun_folder import read_index
-from origami_lab.experiment.note import read_note
-from origami_lab.experiment.stores import open_client
+from origami_lab.runs.multirun_folder import read_index
+from origami_lab.runs.run_folder import read_note
+from origami_lab.tracking.store import open_client
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), "chromium")
 FLAGS = (

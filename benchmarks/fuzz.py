@@ -73,7 +73,8 @@ VALUES = (
     *("${budget}", "${seed}", "${nosuch}", "${oc.env:HOME}", "${oc.env:NOSUCH}", "${nosuch:1}", "${", "${target}"),
     *("0..9", "9..0", "0..99999", "0..9999999999", "[1,1]", "-5..5", "1,2", "a,b", "auto", "board", "'ä→∞'", "ä"),
     *("9" * 40, "9" * 5000, "x" * 3000, "[" * 60, "'\\n'", "'\\0'", "'\x1b[31m'", "os.system", "builtins.print"),
-    *("origami_lab.game.starts.Square", "origami_lab.objectives.targets.cube", "1_000", "0x10", "1e400", "choice(1,2)"),
+    *("origami_lab.game.Square", "origami_lab.targets.cube", "1_000", "0x10"),
+    *("1e400", "choice(1,2)"),
 )
 MILD = (
     *(
@@ -245,7 +246,7 @@ def run_inside(arguments: Sequence[str]) -> Case:
     """The command in this process, up to the first trial: its worker processes are not started."""
     from origami_lab import cli
     from origami_lab.experiment import runner
-    from origami_lab.experiment.tracking import make_tracker
+    from origami_lab.tracking.tracker import make_tracker
 
     def late(*_: object) -> None:
         raise Late

@@ -23,9 +23,9 @@ import numpy as np
 from benchmarks import write_report
 from benchmarks.speed import bowl_game
 from origami_lab.objectives.shape import ShapeObjective
-from origami_lab.objectives.targets import bowl
+from origami_lab.search.branch_and_bound import BreadthFirstSearch, DepthFirstSearch
 from origami_lab.search.problem import Problem, Searcher
-from origami_lab.search.tree import BreadthFirstSearch, DepthFirstSearch
+from origami_lab.targets.solids import bowl
 from tests.search.reference import ReferenceTreeSearch
 
 Work = Callable[[], object]
@@ -63,7 +63,10 @@ def main() -> None:
     options = parser.parse_args()
 
     n = 20_000
-    imported = ("origami_lab.experiment.worker", "origami_lab.search.tree", "origami_lab.objectives.shape")
+    imported = (
+        *("origami_lab.experiment.trial_worker", "origami_lab.search.branch_and_bound"),
+        "origami_lab.objectives.shape",
+    )
     pairs = {
         f"dfts, {n:,} interactions: positions copied, steps in Python → taken back, in compiled code": paired(
             partial(search, ReferenceTreeSearch(best_first=False), n), partial(search, DepthFirstSearch(restarts=1), n)

@@ -18,12 +18,12 @@ import numpy as np
 import torch
 
 from benchmarks import write_report
-from origami_lab.experiment.build import Parts, build_parts
-from origami_lab.experiment.composing import compose_settings
+from origami_lab.config.compose import compose_settings
+from origami_lab.config.instantiate import Parts, build_parts
 from origami_lab.game.observation import view_of
-from origami_lab.search.episodes import Episodes
 from origami_lab.search.ppo import ProximalPolicyOptimization
 from origami_lab.search.problem import Problem
+from origami_lab.search.rl_episodes import Episodes
 
 TARGETS = ("pyramid", "bowl")
 CASES: tuple[tuple[str, str, int | None], ...] = (

@@ -18,8 +18,8 @@ from typing import Any
 from omegaconf import OmegaConf
 from PIL import Image
 
-from origami_lab.experiment.folder import RunFolder
-from origami_lab.reporting.tables import TIMINGS, read_trials
+from origami_lab.runs.run_folder import RunFolder
+from origami_lab.runs.trial_row import TIMINGS, read_trials
 
 ROOT = Path(__file__).parents[1]
 TRIAL_FILES = {
@@ -110,7 +110,9 @@ def start(place: Path, arguments: Sequence[str], before: Callable[[], None] | No
 def trials(folder: Path) -> list[dict[str, Any]]:
     """The table of trials without what the clock says; empty if there is none."""
     with suppress(FileNotFoundError):
-        return [{k: v for k, v in row.items() if k not in TIMINGS} for row in read_trials(folder / "trials.csv")]
+        return [
+            {k: v for k, v in row.values().items() if k not in TIMINGS} for row in read_trials(folder / "trials.csv")
+        ]
     return []
 
 
@@ -118,7 +120,7 @@ def statuses(folder: Path) -> str:
     """The status of each trial in the table, in short."""
     rows = trials(folder)
     empty = "no rows" if (folder / "trials.csv").exists() else "no file"
-    return ", ".join(f"{row['seed']}: {row['status'].partition(':')[0]}" for row in rows) or empty
+    return ", ".join(f"{row.seed}: {row.status.partition(':')[0]}" for row in rows) or empty
 
 
 def finished(folder: Path) -> dict[int, int]:

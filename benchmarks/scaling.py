@@ -21,9 +21,9 @@ from pathlib import Path
 
 from benchmarks import write_report
 from benchmarks.runs import ROOT
-from origami_lab.experiment.machine import usable_cores
-from origami_lab.experiment.stores import open_client
-from origami_lab.reporting.tables import read_trials
+from origami_lab.machine import usable_cores
+from origami_lab.runs.trial_row import read_trials
+from origami_lab.tracking.store import open_client
 
 TASK = ("target=bowl", "search=bfts", "verbosity=quiet")
 SHORT = 20_000
@@ -75,16 +75,16 @@ def experiment(place: Path, name: str, trials: int, budget: int, *arguments: str
     command = ["-m", "origami_lab", *TASK, f"seed=0..{trials - 1}", f"budget={budget}", f"output={name}", *arguments]
     spent = spend(command, place)
     rows = read_trials(place / name / "trials.csv")
-    assert [row["status"] for row in rows] == ["ok"] * trials, rows
-    interactions = sum(row["interactions"] for row in rows)
-    return Spent(spent.wall, spent.processor, interactions, sum(row["seconds"] for row in rows))
+    assert [row.status for row in rows] == ["ok"] * trials, rows
+    interactions = sum(row.interactions for row in rows)
+    return Spent(spent.wall, spent.processor, interactions, sum(row.seconds for row in rows))
 
 
 def push(place: Path, name: str) -> Spent:
     """Bring a store up to date with a run folder, as the run's own tracking process does."""
     store = place / f"{name}.db"
     open_client(f"sqlite:///{store}")
-    return spend(["-m", "origami_lab.experiment.pusher", name, f"sqlite:///{store}"], place, "end\n")
+    return spend(["-m", "origami_lab.tracking.push_process", name, f"sqlite:///{store}"], place, "end\n")
 
 
 def middle(values: Sequence[float]) -> str:

@@ -24,9 +24,9 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 
 from benchmarks import write_report
-from origami_lab.game.folded import FoldedSheet
+from origami_lab.game.folded_sheet import FoldedSheet
 from origami_lab.game.game import Game
-from origami_lab.game.play import (
+from origami_lab.game.kernels.play import (
     clear_state,
     copy_to,
     legal_of,
@@ -36,17 +36,17 @@ from origami_lab.game.play import (
     settle,
     step,
 )
-from origami_lab.game.starts import Square
-from origami_lab.game.state import RUNNING, SELECTION, TERMINATED, THIRD, States, clear
-from origami_lab.game.undo import note_dtype, step_back, step_noted
+from origami_lab.game.kernels.state import RUNNING, SELECTION, TERMINATED, THIRD, States, clear
+from origami_lab.game.kernels.undo import note_dtype, step_back, step_noted
+from origami_lab.game.start_patterns import Square
 from origami_lab.jit import kernel
 from origami_lab.objectives.shape import ShapeObjective
-from origami_lab.objectives.targets import bowl
-from origami_lab.search.evo import EvolutionarySearch
+from origami_lab.search.branch_and_bound import BreadthFirstSearch, DepthFirstSearch
+from origami_lab.search.evolution import EvolutionarySearch
 from origami_lab.search.mcts import MonteCarloTreeSearch
 from origami_lab.search.problem import Problem, Searcher
-from origami_lab.search.random import RandomSearch
-from origami_lab.search.tree import BreadthFirstSearch, DepthFirstSearch
+from origami_lab.search.random_search import RandomSearch
+from origami_lab.targets.solids import bowl
 
 
 @kernel
@@ -97,11 +97,11 @@ def bowl_game(size: int = 25) -> Game:
 def record(game: Game, interactions: int) -> tuple[list[np.ndarray], int]:
     """Random episodes as action logs, and how many extensions they complete."""
     rng, states = np.random.default_rng(0), game.new_states()
-    legal = np.empty(game.max_legal, dtype=np.int32)
+    legal = np.empty(game.rules.max_legal, dtype=np.int32)
     logs, extensions, played = [], 0, 0
     while played < interactions:
-        replay_unchecked(states, 0, game.rules, np.empty(0, dtype=np.int32))
-        n = play_uniform(states, 0, game.rules, rng.random(4096), 0, 4096, legal)
+        replay_unchecked(states, 0, game.rules.record, np.empty(0, dtype=np.int32))
+        n = play_uniform(states, 0, game.rules.record, rng.random(4096), 0, 4096, legal)
         logs.append(states["actions"][0][:n].copy())
         extensions += int(states["n_extensions"][0])
         played += n
@@ -111,11 +111,11 @@ def record(game: Game, interactions: int) -> tuple[list[np.ndarray], int]:
 def shares(interactions: int) -> list[str]:
     """Where the time of random play on the bowl goes."""
     game = bowl_game()
-    free = game.rules.copy()
+    free = game.rules.record.copy()
     free["collisions"] = 0
     logs, extensions = record(game, interactions)
     played = sum(len(log) for log in logs)
-    states, legal = game.new_states(), np.empty(game.max_legal, dtype=np.int32)
+    states, legal = game.new_states(), np.empty(game.rules.max_legal, dtype=np.int32)
     problem = Problem(game, ShapeObjective(bowl()), played)
     evaluator, memos = problem.evaluator, problem.evaluator.new_memos(1)
 
@@ -125,18 +125,18 @@ def shares(interactions: int) -> list[str]:
 
     def with_masks() -> None:
         for log in logs:
-            masks_only(states, game.rules, log, legal)
+            masks_only(states, game.rules.record, log, legal)
 
     def with_objective() -> None:
         for log in logs:
-            replay_unchecked(states, 0, game.rules, log)
+            replay_unchecked(states, 0, game.rules.record, log)
             if not game.is_penalised(states):
                 evaluator.clear(memos, 0)
                 evaluator.score(states, memos, 0)
 
     for warm in (lambda: replay(free), with_masks, with_objective):
         warm()
-    bare, full = best_of(lambda: replay(free)), best_of(lambda: replay(game.rules))
+    bare, full = best_of(lambda: replay(free)), best_of(lambda: replay(game.rules.record))
     masks, objective = best_of(with_masks), best_of(with_objective)
     parts = {
         "masks": masks - full,
@@ -210,9 +210,9 @@ def growth(interactions: int) -> list[str]:
         "|---:|---:|---:|---:|---:|",
     ]
     game, rng = bowl_game(49), np.random.default_rng(0)
-    gentle = game.rules.copy()
+    gentle = game.rules.record.copy()
     gentle["angles"][0] = game.angles / 20  # small angles, so that all ten stay reachable however large the pattern
-    states, legal = game.new_states(3), np.empty(game.max_legal, dtype=np.int32)
+    states, legal = game.new_states(3), np.empty(game.rules.max_legal, dtype=np.int32)
     notes = np.empty(1, dtype=note_dtype(len(game.angles)))
 
     def repeated(function: Callable[[], object], count: int) -> float:
@@ -232,7 +232,7 @@ def growth(interactions: int) -> list[str]:
 
 def grow(game: Game, rules: States, states: States, rng: np.random.Generator, vertices: int) -> None:
     """Random extensions, taking back those that fail, until the sheet has that many representatives."""
-    legal = np.empty(game.max_legal, dtype=np.int32)
+    legal = np.empty(game.rules.max_legal, dtype=np.int32)
     while True:
         clear_state(states, 0)
         n = legal_of(states, 0, rules, legal)
@@ -240,7 +240,7 @@ def grow(game: Game, rules: States, states: States, rng: np.random.Generator, ve
         copy_to(states, 1, states, 0)
         for _ in range(20_000):
             n = legal_of(states, 0, rules, legal)
-            choices = legal[:n][legal[:n] < 3 * game.points]
+            choices = legal[:n][legal[:n] < 3 * game.rules.points]
             if len(choices):
                 action = int(rng.choice(choices))
                 four = states["phase"][0] == THIRD and int(states["unfinished"][0]) == 3

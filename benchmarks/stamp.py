@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from origami_lab.search.problem import Problem
-from origami_lab.search.random import RandomSearch
+from origami_lab.search.random_search import RandomSearch
 
 
 class StampedSearch(RandomSearch):

@@ -27,8 +27,8 @@ from pathlib import Path
 
 from benchmarks import write_report
 from benchmarks.faulty_servers import ENVIRONMENT, MlflowServer, free_port, http_server, reply, reply_late
-from origami_lab.experiment.stores import create_database, open_client
-from origami_lab.reporting.tables import read_trials
+from origami_lab.runs.trial_row import read_trials
+from origami_lab.tracking.store import create_database, open_client
 
 RUN = ("target=pyramid", "search=rdm", "workers=1", "verbosity=quiet", "output=out")
 SHORT = ("budget=400", "seed=0..1")
@@ -69,7 +69,7 @@ def results(out: Path) -> str:
     if not (out / "trials.csv").is_file():
         return "nothing was started"
     rows = read_trials(out / "trials.csv")
-    whole = [row for row in rows if row["status"] == "ok" and (out / f"seed={row['seed']}/motion.gif").is_file()]
+    whole = [row for row in rows if row.status == "ok" and (out / f"seed={row.seed}/motion.gif").is_file()]
     return f"{len(whole)} of {len(rows)} trials" + (", summary" if (out / "summary.json").is_file() else "")
 
 

@@ -14,10 +14,11 @@ from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
 
-import origami_lab
+from origami_lab.about import __version__
 from origami_lab.commands import COMMANDS
-from origami_lab.errors import EXIT_FAILED, EXIT_INPUT, EXIT_INTERRUPTED, InputError, one_line, shorten
-from origami_lab.experiment.interrupts import process_interrupts
+from origami_lab.errors import EXIT_FAILED, EXIT_INPUT, EXIT_INTERRUPTED, InputError
+from origami_lab.text import one_line, shorten
+from origami_lab.workers.interrupts import process_interrupts
 
 FLAGS_WITH_VALUE = (
     *("--config-path", "-cp", "--config-name", "-cn", "--config-dir", "-cd"),
@@ -73,7 +74,7 @@ def _run(arguments: list[str]) -> int:
 
 def _dispatch(arguments: list[str]) -> int:
     if "--version" in arguments:
-        print(f"origami-lab {origami_lab.__version__}")
+        print(f"origami-lab {__version__}")
         return 0
     words, overrides, flags = _sort(arguments)
     if words and words[0] in COMMANDS:
@@ -84,7 +85,7 @@ def _dispatch(arguments: list[str]) -> int:
         if flag.startswith("-") and flag.partition("=")[0] not in (*FLAGS, *FLAGS_WITH_VALUE):
             raise InputError("flag", flag, "there is no such flag; see --help")
     if not words or (len(words) == 1 and words[0].endswith((".yaml", ".yml"))):
-        from origami_lab.commands import experiment
+        from origami_lab.commands import run as experiment
 
         return experiment.rerun(words[0], overrides, flags) if words else experiment.run(overrides, flags)
     raise _no_command(words[0])
@@ -92,7 +93,7 @@ def _dispatch(arguments: list[str]) -> int:
 
 def _no_command(word: str) -> InputError:
     """What a bare word may have been meant for."""
-    from origami_lab.experiment.configuration import groups
+    from origami_lab.config.option_files import groups
 
     expected = f"must be {' or '.join(COMMANDS)}, a config.yaml, or settings like target=bowl"
     if Path(word).suffix.lower() in (".stl", ".obj", ".ply", ".off", ".glb", ".gltf"):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from origami_lab.text import one_line, shorten
+
 EXIT_OK, EXIT_FAILED, EXIT_INPUT, EXIT_INTERRUPTED = 0, 1, 2, 130
 """Exit codes of the command: done; a trial failed, or it broke; wrong input, in one line; interrupted."""
 
@@ -27,15 +29,3 @@ class InputError(ValueError):
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, object, str]]:
         return type(self), (self.field, self.value, self.expected)
-
-
-def shorten(value: object, most: int = 200) -> str:
-    """A value as text, its middle left out if it is long."""
-    text = str(value)
-    return text if len(text) <= most else f"{text[: most // 2]} … {text[-most // 2 :]}"
-
-
-def one_line(text: str) -> str:
-    """Text that cannot disturb a terminal: line breaks as spaces, other control characters escaped."""
-    spaced = " ".join(text.splitlines())
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in spaced)

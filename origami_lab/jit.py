@@ -19,7 +19,7 @@ import numba
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_WITH_KERNELS = ("geometry", "kinematics", "game", "objectives", "search", "reporting")
+_WITH_KERNELS = ("geometry", "kinematics", "game", "objectives", "search", "drawing")
 
 
 def cache_folder() -> Path:
@@ -27,7 +27,7 @@ def cache_folder() -> Path:
     package = Path(__file__).parent
     digest = hashlib.sha256(numba.__version__.encode())
     for layer in _WITH_KERNELS:
-        for file in sorted((package / layer).glob("*.py")):
+        for file in sorted((package / layer).rglob("*.py")):
             digest.update(file.name.encode())
             digest.update(file.read_bytes())
     chosen = os.environ.get("NUMBA_CACHE_DIR")

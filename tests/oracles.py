@@ -16,7 +16,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from origami_lab.game.folded import FoldedSheet
+from origami_lab.game.folded_sheet import FoldedSheet
 from tests.sheet_checks import polygon_is_simple
 
 Point = tuple[int, int]

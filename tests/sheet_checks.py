@@ -15,7 +15,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from origami_lab.game.game import Game
-from origami_lab.game.state import ALL_IMAGES, SINGLE, States
+from origami_lab.game.kernels.state import ALL_IMAGES, SINGLE, States
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -93,8 +93,8 @@ class _Sheets:
         self.keys, inverse = np.unique(keys[live], return_inverse=True)
         self.ids = np.full((self.count, n, order), -1, dtype=np.int64)
         self.ids[live] = inverse.reshape(-1, order)
-        self.sheet, place = self.keys // game.points, self.keys % game.points
-        self.flat = np.stack([place % game.board_size, place // game.board_size], axis=1) - game.half
+        self.sheet, place = self.keys // game.rules.points, self.keys % game.rules.points
+        self.flat = np.stack([place % game.board_size, place // game.board_size], axis=1) - game.rules.half
         self.live = live
         # folded positions; past its reach a sheet stays at its last angle
         angles = np.arange(len(game.angles))
@@ -112,9 +112,9 @@ class _Sheets:
         self._expand_creases()
 
     def key(self, sheet: Ints, xy: Ints) -> Ints:
-        half, size = self.game.half, self.game.board_size
+        half, size = self.game.rules.half, self.game.board_size
         place = (xy[..., 1] + half) * size + xy[..., 0] + half
-        out: Ints = sheet * self.game.points + place
+        out: Ints = sheet * self.game.rules.points + place
         return out
 
     def find(self, keys: Ints) -> Ints:

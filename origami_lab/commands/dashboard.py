@@ -23,9 +23,9 @@ def main(arguments: Sequence[str]) -> int:
     )
     options = parser.parse_args(arguments)
     if options.sync:
-        return _sync([Path(name) for name in options.sync], options.uri)
-    from origami_lab.experiment.dashboard import check_port, find_store, serve_dashboard
-    from origami_lab.experiment.stores import SERVERS, how_to_look, shown, sqlite_file
+        return on_disk([Path(name) for name in options.sync], options.uri)
+    from origami_lab.tracking.mlflow_server import check_port, find_store, serve_dashboard
+    from origami_lab.tracking.store import SERVERS, how_to_look, shown, sqlite_file
 
     directory = Path(options.directory)
     store = find_store(options.uri, directory)
@@ -43,10 +43,10 @@ def main(arguments: Sequence[str]) -> int:
     return code
 
 
-def _sync(directories: Sequence[Path], uri: str | None) -> int:
-    from origami_lab.experiment.stores import how_to_look
-    from origami_lab.experiment.sync import sync
+def on_disk(directories: Sequence[Path], uri: str | None) -> int:
     from origami_lab.sweep.tracking import find_studies, sync_studies
+    from origami_lab.tracking.store import how_to_look
+    from origami_lab.tracking.sync import sync_runs
 
     def say(line: str) -> None:
         print(line, flush=True)
@@ -55,7 +55,7 @@ def _sync(directories: Sequence[Path], uri: str | None) -> int:
         print(f"error: {line}", file=sys.stderr, flush=True)
 
     studies = [study for directory in directories for study in find_studies(directory)]
-    failed, stores = sync(directories, uri, say, complain, skip=studies)
+    failed, stores = sync_runs(directories, uri, say, complain, skip=studies)
     failed_studies, their_stores = sync_studies(studies, uri, say, complain)
     failed, stores = failed + failed_studies, stores | their_stores
     for store in sorted(stores):

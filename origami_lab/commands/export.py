@@ -11,7 +11,7 @@ from origami_lab.commands import number
 
 def main(arguments: Sequence[str]) -> int:
     """Write the files and name them on stdout, notes on stderr; returns the exit code."""
-    from origami_lab.reporting.exporting import FORMATS, export_design
+    from origami_lab.export.formats import FORMATS, export_design
 
     formats = "\n".join(f"  {name:<5} {known.says}" for name, known in FORMATS.items())
     parser = argparse.ArgumentParser(

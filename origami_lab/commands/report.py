@@ -36,8 +36,8 @@ def main(arguments: Sequence[str]) -> int:
     solved = number("--solved", options.solved)
     if solved is not None and not math.isfinite(solved):
         raise InputError("--solved", options.solved, "must be a return, a number")
-    from origami_lab.report.beside import read_beside
-    from origami_lab.report.build import build_report
+    from origami_lab.report.known_values import read_beside
+    from origami_lab.report.report_builder import build_report
 
     report = build_report(
         [Path(name) for name in options.directories],

@@ -29,13 +29,13 @@ def main(arguments: Sequence[str]) -> int:
     options = parser.parse_intermixed_args(arguments)
     from rich.console import Console
 
-    from origami_lab.experiment.composing import working_directory_importable
-    from origami_lab.experiment.stores import how_to_look
-    from origami_lab.sweep.declaration import read_declaration
-    from origami_lab.sweep.outcome import PAGE
-    from origami_lab.sweep.run import run_sweep
+    from origami_lab.config.compose import working_directory_importable
     from origami_lab.sweep.storage import StorageError
+    from origami_lab.sweep.summary import PAGE
+    from origami_lab.sweep.sweep_config import read_declaration
+    from origami_lab.sweep.sweep_runner import run_sweep
     from origami_lab.sweep.tracking import store_of_study
+    from origami_lab.tracking.store import how_to_look
 
     declaration = read_declaration(find_file(options.file), options.changes)
     try:
@@ -55,7 +55,7 @@ def main(arguments: Sequence[str]) -> int:
 
 def find_file(word: str) -> Path:
     """The file; one of those that come with the package, where there is none of that name here."""
-    from origami_lab.experiment.configuration import config_dir
+    from origami_lab.config.option_files import config_dir
 
     file = Path(word).expanduser()
     if file.exists() or file.is_absolute() or file.parts[0] != "sweeps":

@@ -20,7 +20,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--json", metavar="FILE", help="write the certificate as JSON; - writes it to standard output")
     parser.add_argument("--thickness", help="distance that panels must keep, in the file's units")
     options = parser.parse_args(arguments)
-    from origami_lab.verification.checking import verify
+    from origami_lab.verification.verify_design import verify
 
     certificate = verify(Path(options.file), number("--thickness", options.thickness) or 0.0)
     if options.json == "-":

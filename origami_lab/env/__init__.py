@@ -12,7 +12,7 @@ except ImportError as error:
     raise ImportError("origami_lab.env needs Gymnasium: pip install 'origami-lab[gym]'") from error
 
 from origami_lab.env.environment import RigidOrigamiEnv
-from origami_lab.env.vector import RigidOrigamiVectorEnv
+from origami_lab.env.vector_environment import RigidOrigamiVectorEnv
 
 __all__ = ["ENV_ID", "RigidOrigamiEnv", "RigidOrigamiVectorEnv"]
 
@@ -22,5 +22,5 @@ if ENV_ID not in gymnasium.registry:
     gymnasium.register(
         ENV_ID,
         entry_point="origami_lab.env.environment:RigidOrigamiEnv",
-        vector_entry_point="origami_lab.env.vector:RigidOrigamiVectorEnv",
+        vector_entry_point="origami_lab.env.vector_environment:RigidOrigamiVectorEnv",
     )

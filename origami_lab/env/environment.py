@@ -12,7 +12,8 @@ import numpy as np
 from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
-from origami_lab.env.making import (
+from origami_lab.env.render import picture
+from origami_lab.env.shared import (
     RENDER_MODES,
     action_space,
     check_render_mode,
@@ -21,16 +22,15 @@ from origami_lab.env.making import (
     observation_space,
     seen,
 )
-from origami_lab.env.picture import picture
 from origami_lab.game.game import Game
 
 
 class RigidOrigamiEnv(gymnasium.Env[NDArray[Any], np.int64]):
     """The origami game with one objective.
 
-    An action is an integer of the game (:mod:`origami_lab.game.state`); :meth:`action_masks` says which are legal, and
-    one that is not ends the episode with the game's penalty. Rewards sum to the episode's return, see
-    :mod:`origami_lab.search.episodes`. The game is deterministic, so a seed changes nothing but ``np_random``.
+    An action is an integer of the game (:mod:`origami_lab.game.kernels.state`); :meth:`action_masks` says which are
+    legal, and one that is not ends the episode with the game's penalty. Rewards sum to the episode's return, see
+    :mod:`origami_lab.search.rl_episodes`. The game is deterministic, so a seed changes nothing but ``np_random``.
 
     At the end of an episode ``info`` has its ``return``, its ``status`` (why it ended) and the ``actions`` that lead to
     its sheet, which ``game.design`` and ``game.replay`` take. ``problem.outcome()`` is the best episode so far.

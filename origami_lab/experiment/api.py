@@ -7,15 +7,18 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from origami_lab.config.compose import check_texts, compose_settings, working_directory_importable
 from origami_lab.errors import InputError
-from origami_lab.experiment.composing import check_texts, compose_settings, working_directory_importable
-from origami_lab.experiment.result import Result
 from origami_lab.experiment.runner import Experiment, run_experiment
+from origami_lab.runs.result import Result
+
+if TYPE_CHECKING:
+    from omegaconf import DictConfig
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from origami_lab.experiment.settings import Settings
+    from origami_lab.config.settings import Settings
 
 
 def run(overrides: Sequence[str] = (), *, config_dir: str | os.PathLike[str] | None = None) -> Result:
@@ -64,9 +67,9 @@ def show_results(console: Console, settings: Settings, experiment: Experiment) -
     """Print the table of trials and how to look at them, unless the run is to be quiet."""
     if settings.verbosity == "quiet" or not experiment.rows:
         return
-    from origami_lab.experiment.stores import how_to_look
-    from origami_lab.experiment.tracking import store_of
-    from origami_lab.reporting.tables import certificate_lines, hint, summary_table
+    from origami_lab.experiment.terminal_table import certificate_lines, hint, summary_table
+    from origami_lab.tracking.store import how_to_look
+    from origami_lab.tracking.tracker import store_of
 
     title = f"{settings.task} · {settings.method} · {settings.budget:,} interactions a trial"
     console.print(summary_table(experiment.rows, title, console.width))
@@ -89,3 +92,19 @@ def _checked(overrides: Sequence[str]) -> list[str]:
         if "=" not in text and not text.startswith("~"):
             raise InputError("overrides", text, "must be settings like target=bowl")
     return texts
+
+
+def run_one(config: DictConfig, arguments: Sequence[str]) -> tuple[int, float | None]:
+    """Run one experiment and print what it found; returns the exit code and the mean return."""
+    from rich.console import Console
+
+    from origami_lab.config.settings import read_settings
+    from origami_lab.experiment.runner import run_experiment
+
+    console, errors = Console(), Console(stderr=True)
+    settings = read_settings(config)
+    experiment = run_experiment(settings, errors, ["origami-lab", *arguments])
+    show_results(console, settings, experiment)
+    console.print(str(experiment.folder), highlight=False, soft_wrap=True)
+    mean = experiment.summary["returns"].get("return")
+    return experiment.exit_code, None if mean is None else mean["mean"]

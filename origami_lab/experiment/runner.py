@@ -13,27 +13,26 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import origami_lab
+from origami_lab.about import __version__
+from origami_lab.config.instantiate import Parts, build_parts
+from origami_lab.config.seeds import format_seeds, parse_seeds
+from origami_lab.config.settings import Settings, fit_workers
+from origami_lab.config.warnings import remarks
 from origami_lab.errors import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK
-from origami_lab.experiment.build import build_parts
-from origami_lab.experiment.folder import NO_ROOM, FolderError, RunFolder, failed_row
-from origami_lab.experiment.interrupts import Interrupts
-from origami_lab.experiment.note import summary_of
-from origami_lab.experiment.pool import Event, Pool
-from origami_lab.experiment.progress import Display, make_display
-from origami_lab.experiment.remarks import remarks
-from origami_lab.experiment.seeds import format_seeds, parse_seeds
-from origami_lab.experiment.settings import Node, Settings, fit_workers
-from origami_lab.experiment.stores import command_text
-from origami_lab.experiment.tracking import PATIENCE_SECONDS, Tracker, check_tracking, make_tracker
+from origami_lab.experiment.progress_display import Display, make_display
 from origami_lab.experiment.trial import Progress
-from origami_lab.experiment.worker import Failed, Finished
-from origami_lab.reporting.tables import FAILED, Row, best_row, certificates, spent_budget, spreads
+from origami_lab.experiment.trial_pool import Event, Pool
+from origami_lab.experiment.trial_worker import Failed, Finished
+from origami_lab.runs.run_folder import NO_ROOM, FolderError, RunFolder, read_summary
+from origami_lab.runs.trial_row import TrialRow, best_row, certificates, counts, spreads
+from origami_lab.text import command_text
+from origami_lab.tracking.tracker import PATIENCE_SECONDS, Tracker, check_tracking, make_tracker
+from origami_lab.workers.interrupts import Interrupts
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from origami_lab.objectives.targets import Target
+    from origami_lab.targets.target import Target
 
 HURRIED_SECONDS = 3.0
 """How long the tracker may take when we are to leave at once."""
@@ -47,7 +46,7 @@ class Experiment:
     """A finished experiment."""
 
     folder: Path
-    rows: tuple[Row, ...]
+    rows: tuple[TrialRow, ...]
     """One a trial, in order of the seeds."""
     summary: dict[str, Any]
     exit_code: int
@@ -85,19 +84,13 @@ def run_experiment(
     check_tracking(settings)
     with interrupts or Interrupts() as interrupts, Pool(settings) as pool:
         # the workers import while the parent imports and checks its input
-        from origami_lab.game.seeding import saved_start
-
         parts = build_parts(settings)
         with RunFolder.opened(settings) as folder:
             resumed = folder.has_begun
-            start = saved_start(settings.start, parts.game) if parts.game.start_moves else None
-            if resumed and parts.target is not None:
-                folder.check_target(parts.target)
-            if resumed and start is not None:
-                folder.check_start(start)
-            rows = {seed: dict(row) for seed, row in folder.known_rows().items()}
+            rows = folder.known_rows()
             settings = _with_seeds_on_disk(settings, folder, rows)
-            todo = tuple(seed for seed in settings.seeds if seed not in rows or not spent_budget(rows[seed]))
+            todo = tuple(seed for seed in settings.seeds if seed not in rows or not rows[seed].spent_budget)
+            trouble = _begin(folder, settings, parts)
             shown = make_display(console, settings.verbosity, todo, settings.budget, draws=settings.files == "all")
             with _Unfailing(shown) as display:
                 if settings.resume and not resumed:
@@ -106,9 +99,9 @@ def run_experiment(
                     display.note(f"{len(settings.seeds) - len(todo)} of {len(settings.seeds)} trials are on disk")
                 for remark in remarks(settings, parts) if settings.verbosity != "quiet" else ():
                     display.note(remark)
-                record = _Record(settings, folder, rows, display, command, parts.target)
+                record = _Record(settings, folder, rows, display, command, parts.target, trouble)
                 try:
-                    if record.begin(parts.target, start):
+                    if record.begun:
                         _play(pool, folder, todo, record, display, interrupts)
                 finally:
                     interrupts.limit = None
@@ -116,8 +109,17 @@ def run_experiment(
                     pool.close()
                     summary = record.write_summary(interrupted=interrupts.count > 0)
             code = record.exit_code(interrupted=summary["interrupted"])
-            record.finish(summary, interrupts)
+            record.finish(interrupts)
     return Experiment(folder.path, record.ordered(), summary, code, left_at_once)
+
+
+def _begin(folder: RunFolder, settings: Settings, parts: Parts) -> str:
+    """Write the beginning of a run; why the folder cannot take even that, else an empty text."""
+    try:
+        folder.begin(settings.config, parts.target, parts.start_to_keep(settings))
+    except FolderError as error:
+        return error.why
+    return ""
 
 
 def _play(
@@ -177,18 +179,19 @@ class _Record:
         self,
         settings: Settings,
         folder: RunFolder,
-        rows: dict[int, dict[str, Any]],
+        rows: dict[int, TrialRow],
         display: Display,
         command: Sequence[str],
         target: Target | None,
+        trouble: str,
     ) -> None:
         self.units_per_cell = None if target is None else target.units_per_cell
         self.settings, self.folder, self.rows = settings, folder, rows
         self.display, self.command = display, command
-        self.trouble = ""
+        self.trouble = trouble
         """Why the folder could not be written, if that cost something."""
-        self.begun = False
-        before = summary_of(folder.path).get("seconds")
+        self.begun = not trouble
+        before = read_summary(folder.path).get("seconds")
         self.began = time.perf_counter() - (before if isinstance(before, int | float) else 0)
         """When it would have begun in one go: what a resumed run took before counts."""
 
@@ -196,19 +199,6 @@ class _Record:
     def tracker(self) -> Tracker:
         """Opened when first needed: the import of mlflow must not delay the first interaction."""
         return make_tracker(self.settings, self.folder.path, self.display.say)
-
-    def begin(self, target: Target | None, start: Node | None) -> bool:
-        """Write what stands at the beginning; False if the folder cannot take even that."""
-        try:
-            self.folder.write_config(self.settings.config)
-            if target is not None:
-                self.folder.write_target(target)
-            if start is not None:
-                self.folder.write_start(start)
-        except OSError as error:
-            self.trouble = FolderError(error).why
-        self.begun = not self.trouble
-        return self.begun
 
     def take(self, event: Event) -> None:
         """Record what an event says of a trial."""
@@ -226,15 +216,15 @@ class _Record:
                     if self.settings.verbosity == "verbose":
                         message += "\n" + traceback
                 self.display.say(message)
-                self._end(seed, failed_row(seed, reason))
+                self._end(seed, TrialRow.failed(seed, reason))
 
-    def _end(self, seed: int, row: dict[str, Any]) -> None:
+    def _end(self, seed: int, row: TrialRow) -> None:
         self.rows[seed] = row
         with suppress(OSError):  # the last one counts
             self.folder.write_trials(self.rows.values())
-        self.tracker.trial(row)
+        self.tracker.trial()
 
-    def ordered(self) -> tuple[Row, ...]:
+    def ordered(self) -> tuple[TrialRow, ...]:
         return tuple(self.rows[seed] for seed in self.settings.seeds if seed in self.rows)
 
     def write_summary(self, interrupted: bool) -> dict[str, Any]:
@@ -255,7 +245,7 @@ class _Record:
 
     def _what_now(self) -> str:
         path, seeds = self.folder.path, len(self.settings.seeds)
-        kept = sum(spent_budget(row) for row in self.folder.rows().values())
+        kept = sum(row.spent_budget for row in self.folder.rows().values())
         remedy = "make room" if self.trouble in NO_ROOM else "mend that"
         return (
             f"error: {path} could not be written: {self.trouble}; {kept} of {seeds} trials kept; "
@@ -263,42 +253,41 @@ class _Record:
         )
 
     def exit_code(self, interrupted: bool) -> int:
-        failed = self.trouble or any(str(row["status"]).startswith(FAILED) for row in self.rows.values())
+        failed = self.trouble or any(row.has_failed for row in self.rows.values())
         return EXIT_INTERRUPTED if interrupted else EXIT_FAILED if failed else EXIT_OK
 
-    def finish(self, summary: Mapping[str, Any], interrupts: Interrupts) -> None:
+    def finish(self, interrupts: Interrupts) -> None:
         """Wait for the tracker: as long as it takes, or a moment if we are to leave at once."""
         if not self.begun:
             return
         patience = HURRIED_SECONDS if interrupts.count > 1 else PATIENCE_SECONDS
         interrupts.limit = interrupts.count + 1  # the next one ends the wait
         with suppress(KeyboardInterrupt):
-            self.tracker.finish(summary, patience=patience)
+            self.tracker.finish(patience=patience)
         interrupts.limit = None
 
 
 def summarise(
     settings: Settings,
-    rows: dict[int, dict[str, Any]],
+    rows: Mapping[int, TrialRow],
     command: Sequence[str],
     seconds: float,
     interrupted: bool,
 ) -> dict[str, Any]:
     """The contents of summary.json."""
     best = best_row(rows.values())
-    statuses = [str(row["status"]).split(":")[0] for row in rows.values()]
     return {
         "task": settings.task,
         "search": settings.method,
         "budget": settings.budget,
         "seeds": format_seeds(settings.seeds),
-        "trials": {name: statuses.count(name) for name in sorted(set(statuses))},
+        "trials": counts(rows.values()),
         "interrupted": interrupted,
         "returns": {name: asdict(spread) for name, spread in spreads(rows.values()).items()},
         "std": "sample standard deviation (n - 1)",
         "certificates": {verdict: len(seeds) for verdict, seeds in certificates(rows.values()).items()},
-        "best": None if best is None else {name: best.get(name) for name in ("seed", "return", "driving_angle")},
-        "interactions": sum(int(row.get("interactions") or 0) for row in rows.values()),
+        "best": None if best is None else {name: best[name] for name in ("seed", "return", "driving_angle")},
+        "interactions": sum(row.interactions or 0 for row in rows.values()),
         "seconds": round(seconds, 3),
         "finished": datetime.now(UTC).isoformat(timespec="seconds"),
         "command": command_text(command),
@@ -308,7 +297,7 @@ def summarise(
 
 def versions() -> dict[str, str]:
     """What the results were computed with."""
-    found = {"origami-lab": origami_lab.__version__, "python": platform.python_version()}
+    found = {"origami-lab": __version__, "python": platform.python_version()}
     for name in PACKAGES:
         try:
             found[name] = version(name)
@@ -317,7 +306,7 @@ def versions() -> dict[str, str]:
     return found
 
 
-def _with_seeds_on_disk(settings: Settings, folder: RunFolder, rows: Mapping[int, Row]) -> Settings:
+def _with_seeds_on_disk(settings: Settings, folder: RunFolder, rows: Mapping[int, TrialRow]) -> Settings:
     """Settings that name the seeds of a resumed run, too, and whose configuration runs again as it is."""
     seeds = settings.seeds
     if folder.has_begun:

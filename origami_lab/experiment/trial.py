@@ -8,18 +8,18 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from origami_lab.experiment.build import Parts, build_parts
-from origami_lab.experiment.folder import RunFolder
-from origami_lab.experiment.settings import Settings
+from origami_lab.config.instantiate import Parts, build_parts
+from origami_lab.config.settings import Settings
 from origami_lab.experiment.trial_files import write_files
-from origami_lab.reporting.tables import NO_DESIGN, OK, STOPPED
+from origami_lab.runs.run_folder import RunFolder
+from origami_lab.runs.trial_row import NO_DESIGN, OK, STOPPED, TrialRow
 
 if TYPE_CHECKING:
-    from origami_lab.game.pattern import CreasePattern
+    from origami_lab.game.crease_pattern import CreasePattern
     from origami_lab.search.problem import Outcome, Problem
 
 
@@ -40,7 +40,7 @@ def run_trial(
     report: Callable[[Progress], None] | None = None,
     should_stop: Callable[[], bool] | None = None,
     parts: Parts | None = None,
-) -> tuple[dict[str, Any], list[str]]:
+) -> tuple[TrialRow, list[str]]:
     """Search with one seed and write ``seed=N`` into the run folder.
 
     The result depends on the settings and the seed only, not on the process or on what ran in it before:
@@ -55,7 +55,7 @@ def run_trial(
     FolderError
         If its files cannot be written; nothing is left of them.
     """
-    from origami_lab.objectives.base import pose
+    from origami_lab.objectives.objective import pose
     from origami_lab.search.problem import Problem, SearchEnded
 
     def on_progress(problem: Problem) -> None:
@@ -90,8 +90,7 @@ def run_trial(
     facts |= pose(parts.objective, design)
     design = replace(design, metadata=MappingProxyType(facts))
     with folder.new_trial(seed) as path:
-        warnings = write_files(path, folder, settings, parts, outcome, design, row)
-    return row, warnings
+        return write_files(path, folder, settings, parts, outcome, design, row)
 
 
 def random_generator(seed: int) -> np.random.Generator:
@@ -99,32 +98,31 @@ def random_generator(seed: int) -> np.random.Generator:
     return np.random.default_rng(np.random.SeedSequence(seed))
 
 
-def _row(
-    seed: int, parts: Parts, outcome: Outcome, design: CreasePattern, seconds: float, stopped: bool
-) -> dict[str, Any]:
-    from origami_lab.objectives.base import report as report_figures
+def _row(seed: int, parts: Parts, outcome: Outcome, design: CreasePattern, seconds: float, stopped: bool) -> TrialRow:
+    from origami_lab.objectives.objective import report as report_figures
 
     figures = report_figures(parts.objective, parts.game, outcome.actions, outcome.angle)
     best = outcome.angle if outcome.succeeded else None
-    return {
-        "seed": seed,
+    return TrialRow(
+        seed=seed,
         # no episode succeeded: then all of them brought the penalty
-        "return": float(outcome.value) if outcome.succeeded else parts.game.penalty,
-        **{f"return_{name}": _finite(figures.get(f"return_{name}")) for name in ("vertex", "surface", "sampled")},
-        "driving_angle": None if best is None else math.degrees(parts.game.angles[best]),
-        "interactions": int(outcome.interactions),
-        "interactions_to_best": int(outcome.interactions_to_best),
-        "seconds": round(seconds, 3),
-        "interactions_per_second": round(outcome.interactions / max(seconds, 1e-9), 1),
-        "vertices": len(design.vertices),
-        "creases": int(np.count_nonzero(~design.boundary)),
-        "panels": len(design.panels),
-        "reach": len(design.driving_angles),
-        "status": STOPPED if stopped else OK if outcome.succeeded else NO_DESIGN,
-        "episodes": int(outcome.episodes),
-        "rejected": int(outcome.rejected),
-        "certificate": None,
-    }
+        return_=float(outcome.value) if outcome.succeeded else parts.game.penalty,
+        return_vertex=_finite(figures.get("return_vertex")),
+        return_surface=_finite(figures.get("return_surface")),
+        return_sampled=_finite(figures.get("return_sampled")),
+        driving_angle=None if best is None else math.degrees(parts.game.angles[best]),
+        interactions=int(outcome.interactions),
+        interactions_to_best=int(outcome.interactions_to_best),
+        seconds=round(seconds, 3),
+        interactions_per_second=round(outcome.interactions / max(seconds, 1e-9), 1),
+        vertices=len(design.vertices),
+        creases=int(np.count_nonzero(~design.boundary)),
+        panels=len(design.panels),
+        reach=len(design.driving_angles),
+        status=STOPPED if stopped else OK if outcome.succeeded else NO_DESIGN,
+        episodes=int(outcome.episodes),
+        rejected=int(outcome.rejected),
+    )
 
 
 def _finite(value: float | None) -> float | None:

@@ -8,16 +8,31 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from origami_lab.experiment.build import Parts
-from origami_lab.experiment.folder import RunFolder
-from origami_lab.experiment.settings import Settings
+from origami_lab.config.instantiate import Parts
+from origami_lab.config.settings import Settings
+from origami_lab.file_names import (
+    ACTIONS,
+    BEST,
+    CERTIFICATE,
+    CURVE,
+    FILM,
+    FOLDED_PNG,
+    MOTION,
+    PATTERN_PNG,
+    PATTERN_SVG,
+    RESULT,
+    TARGET,
+    VIEWER,
+)
+from origami_lab.runs.run_folder import RunFolder
+from origami_lab.runs.trial_row import TrialRow
 
 if TYPE_CHECKING:
-    from origami_lab.game.pattern import CreasePattern
+    from origami_lab.game.crease_pattern import CreasePattern
     from origami_lab.search.problem import Outcome
 
 
@@ -27,9 +42,6 @@ SPARE_BYTES = 2**20
 """If this much more than what was written of a picture fits, it was not the disk that the picture failed for."""
 
 
-CERTIFICATE = "certificate.json"
-
-
 def write_files(
     path: Path,
     folder: RunFolder,
@@ -37,29 +49,30 @@ def write_files(
     parts: Parts,
     outcome: Outcome,
     design: CreasePattern,
-    row: dict[str, Any],
-) -> list[str]:
-    """Write all files of a trial and note in its row what its certificate says.
+    row: TrialRow,
+) -> tuple[TrialRow, list[str]]:
+    """Write all files of a trial.
 
     Returns
     -------
-    Warnings: pictures that could not be drawn, a design that is refuted.
+    The row with the certificate's verdict, and warnings: pictures that could not be drawn, a design that is refuted.
     """
-    from origami_lab.export.fold import write_fold
+    from origami_lab.fold_format.writer import write_fold
 
-    write_fold(path / "best.fold", design)
-    _write_actions(path / "actions.json", settings, parts, outcome, row)
-    _write_curve(path / "curve.csv", parts, outcome, row)
+    write_fold(path / BEST, design)
+    _write_actions(path / ACTIONS, settings, parts, outcome, row)
+    _write_curve(path / CURVE, parts, outcome, row)
     warnings: list[str] = []
     if settings.files == "all":
         motion, warnings = _motion(parts, outcome, design)
-        write_fold(path / "motion.fold", motion)
+        write_fold(path / MOTION, motion)
         if outcome.succeeded:
-            row["certificate"], found = _certify(path)
+            verdict, found = _certify(path)
+            row = replace(row, certificate=verdict)
             warnings += found
         warnings += _draw(path, folder)
-    (path / "result.json").write_text(json.dumps(row, indent=2) + "\n", encoding="utf-8")
-    return warnings
+    (path / RESULT).write_text(json.dumps(row.values(), indent=2) + "\n", encoding="utf-8")
+    return row, warnings
 
 
 def _motion(parts: Parts, outcome: Outcome, design: CreasePattern) -> tuple[CreasePattern, list[str]]:
@@ -73,10 +86,10 @@ def _motion(parts: Parts, outcome: Outcome, design: CreasePattern) -> tuple[Crea
         return design, [f"its motion breaks off between the game's driving angles, which are all it shows: {error}"]
 
 
-def _write_actions(path: Path, settings: Settings, parts: Parts, outcome: Outcome, row: dict[str, Any]) -> None:
+def _write_actions(path: Path, settings: Settings, parts: Parts, outcome: Outcome, row: TrialRow) -> None:
     """The best design's actions and moves, and all that the game needs to replay them."""
     from origami_lab.game.moves import move_to_dict
-    from origami_lab.game.seeding import saved_start
+    from origami_lab.game.start_from_moves import saved_start
 
     document = {
         "game": {
@@ -84,17 +97,17 @@ def _write_actions(path: Path, settings: Settings, parts: Parts, outcome: Outcom
             "driving_angle_fixed": parts.game.driving_angle_fixed,
             "start": saved_start(settings.start, parts.game),
         },
-        "seed": row["seed"],
-        "return": row["return"],
+        "seed": row.seed,
+        "return": row.return_,
         "angle": int(outcome.angle),
-        "driving_angle": row["driving_angle"],
+        "driving_angle": row.driving_angle,
         "actions": [int(action) for action in outcome.actions],
         "moves": [move_to_dict(move) for move in parts.game.moves(outcome.actions)],
     }
     path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 
 
-def _write_curve(path: Path, parts: Parts, outcome: Outcome, row: dict[str, Any]) -> None:
+def _write_curve(path: Path, parts: Parts, outcome: Outcome, row: TrialRow) -> None:
     """Best return over interactions: one row an improvement, and one at the end."""
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
@@ -102,7 +115,7 @@ def _write_curve(path: Path, parts: Parts, outcome: Outcome, row: dict[str, Any]
         for step in outcome.improvements:
             angle = math.degrees(parts.game.angles[step.angle])
             writer.writerow((int(step.interaction), float(step.value), angle))
-        writer.writerow((row["interactions"], row["return"], row["driving_angle"]))
+        writer.writerow((row.interactions, row.return_, row.driving_angle))
 
 
 def _certify(path: Path) -> tuple[str | None, list[str]]:
@@ -113,9 +126,9 @@ def _certify(path: Path) -> tuple[str | None, list[str]]:
     """
     try:
         from origami_lab.verification.certificate import REFUTED
-        from origami_lab.verification.checking import verify
+        from origami_lab.verification.verify_design import verify
 
-        certificate = replace(verify(path / "best.fold"), name="best.fold")
+        certificate = replace(verify(path / BEST), name=BEST)
         text = certificate.json_text()
     except Exception as error:
         return None, [f"no {CERTIFICATE}: {type(error).__name__}: {error}"]
@@ -127,22 +140,22 @@ def _certify(path: Path) -> tuple[str | None, list[str]]:
 def _draw(path: Path, folder: RunFolder) -> list[str]:
     """Draw the pictures. One that fails is a warning, the design is what counts; a full disk is an OSError."""
     warnings = []
-    target_file = folder.path / "target.ply"
+    target_file = folder.path / TARGET
     try:
-        from origami_lab.export.fold import read_fold
-        from origami_lab.reporting.exporting import export_design
-        from origami_lab.reporting.pictures import draw_folded, draw_motion, draw_pattern, read_target
+        from origami_lab.drawing import draw_folded, draw_motion, draw_pattern, read_target
+        from origami_lab.export.formats import export_design
+        from origami_lab.fold_format.writer import read_fold
 
-        fold, motion = read_fold(path / "best.fold"), read_fold(path / "motion.fold")
+        fold, motion = read_fold(path / BEST), read_fold(path / MOTION)
         target = read_target(target_file) if target_file.is_file() else None
     except Exception as error:
         return [f"no pictures: {type(error).__name__}: {error}"]
     pictures: tuple[tuple[str, Callable[[Path], object]], ...] = (
-        ("pattern.png", lambda file: draw_pattern(fold, file)),
-        ("folded.png", lambda file: draw_folded(fold, file, target)),
-        ("motion.gif", lambda file: draw_motion(motion, file, target)),
-        ("pattern.svg", lambda file: export_design(path, "svg", file)),
-        ("best.html", lambda file: export_design(path, "html", file, target=target)),
+        (PATTERN_PNG, lambda file: draw_pattern(fold, file)),
+        (FOLDED_PNG, lambda file: draw_folded(fold, file, target)),
+        (FILM, lambda file: draw_motion(motion, file, target)),
+        (PATTERN_SVG, lambda file: export_design(path, "svg", file)),
+        (VIEWER, lambda file: export_design(path, "html", file, target=target)),
     )
     for name, draw in pictures:
         try:

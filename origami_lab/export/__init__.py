@@ -1,1 +1,5 @@
-"""Designs as files that other programs open."""
+"""Designs in the formats of other programs, of cutters, printers and browsers."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

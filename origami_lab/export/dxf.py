@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 
-from origami_lab.export.foldfile import FoldFile, FoldFrame
-from origami_lab.export.writing import write_whole
+from origami_lab.files import write_whole
+from origami_lab.fold_format.fold_file import FoldFile, FoldFrame
 
 LAYERS = {
     "B": "CutLine",

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from origami_lab.export.foldfile import FoldFile, FoldFrame
-from origami_lab.export.writing import write_whole
+from origami_lab.files import write_whole
+from origami_lab.fold_format.fold_file import FoldFile, FoldFrame
 
 CELL, APART, MARGIN = 40.0, 10.0, 20.0
 """SVG units: of a cell, and between vertices; Origami Simulator merges those within 3 of each other."""

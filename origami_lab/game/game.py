@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Literal
@@ -11,30 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.errors import InputError
-from origami_lab.game import play, translation
-from origami_lab.game.design import finished_design
-from origami_lab.game.folded import FoldedSheet
-from origami_lab.game.laying import cut_off, empty_board, largest_angle, lay, play_move
+from origami_lab.game.crease_pattern import CreasePattern
+from origami_lab.game.folded_sheet import FoldedSheet
+from origami_lab.game.freeze_design import finished_design
+from origami_lab.game.kernels import play
+from origami_lab.game.kernels.state import NOT_FOLDABLE, PLACEMENT, SELECTION, STUCK, States
+from origami_lab.game.move_codec import decode, encode
 from origami_lab.game.moves import Extend, Move
-from origami_lab.game.pattern import CreasePattern
-from origami_lab.game.starts import Square, Start
-from origami_lab.game.state import (
-    DEFAULT_VERTICES,
-    NOT_FOLDABLE,
-    PLACEMENT,
-    SELECTION,
-    STUCK,
-    States,
-    rules_dtype,
-    state_dtype,
-)
-from origami_lab.geometry.groups import GROUPS
-
-Actions = NDArray[np.int32]
-
-DEFAULT_MAX_ANGLE = math.degrees(3.14)
-"""The paper's maximum driving angle; exactly 180° is degenerate."""
-LARGEST_BOARD = 201
+from origami_lab.game.rules import DEFAULT_MAX_ANGLE, Actions, Rules
+from origami_lab.game.start_laying import cut_off, empty_board, largest_angle, lay, play_move
+from origami_lab.game.start_patterns import Start
 
 
 class Game:
@@ -49,7 +34,7 @@ class Game:
     symmetry
         ``none``, ``x``, ``y``, ``xy`` or ``xyd`` (also the diagonals).
     start
-        Start pattern: a square, a crease, or moves (:mod:`origami_lab.game.seeding`).
+        Start pattern: a square, a crease, or moves (:mod:`origami_lab.game.start_from_moves`).
     max_crease_length
         In board cells; None for no limit. Start patterns are exempt.
     source_action
@@ -82,87 +67,32 @@ class Game:
         capacity: int | None = None,
         collisions: bool = True,
     ) -> None:
-        if isinstance(board_size, bool) or not isinstance(board_size, int) or board_size % 2 == 0 or board_size < 5:
-            raise InputError("board.size", board_size, "must be an odd whole number of at least 5, such as 9 or 25")
-        if board_size > LARGEST_BOARD:
-            raise InputError("board.size", board_size, f"must be at most {LARGEST_BOARD}")
-        if symmetry not in GROUPS:
-            raise InputError("symmetry", symmetry, f"must be one of {', '.join(GROUPS)}")
-        if max_crease_length is not None and not 1 <= max_crease_length < math.inf:
-            raise InputError("max_crease_length", max_crease_length, "must be at least 1 (a board cell), or null")
-        for name, angle in (("max", driving_angle_max), ("fixed", driving_angle_fixed)):
-            if isinstance(angle, str) and name == "fixed" and angle == "start":
-                continue
-            if angle is not None and (isinstance(angle, str) or not 0 < angle < 180):
-                expected = "must lie between 0 and 180 degrees, both excluded"
-                raise InputError(
-                    f"driving_angle.{name}", angle, expected + (", or be start" if name == "fixed" else "")
-                )
-        if not 1 <= driving_angle_count <= 100:
-            raise InputError("driving_angle.count", driving_angle_count, "must be a whole number from 1 to 100")
-        if stuck not in ("score", "penalise"):
-            raise InputError("stuck", stuck, "must be score or penalise")
-        if capacity is not None and not 8 <= capacity <= 100_000:
-            raise InputError("capacity", capacity, "must be from 8 to 100000 vertices, or null for the default")
-        self.board_size = board_size
-        self.half = (board_size - 1) // 2
-        self.symmetry = GROUPS[symmetry]
-        self.start = start if start is not None else Square("choose")
-        self.stuck_is_penalised = stuck == "penalise"
-        self.fixed = driving_angle_fixed is not None
-        self.capacity = capacity if capacity is not None else DEFAULT_VERTICES
-        self.start.check_symmetry(symmetry)
-        placements = self.start.placements(self.half)
-        self.dtype = state_dtype(self.capacity, driving_angle_count)
-        self.rules = np.zeros(1, dtype=rules_dtype(driving_angle_count))
-        rules = self.rules[0]
-        group = self.symmetry
-        rules["half"], rules["order"] = self.half, group.order
-        rules["matrices"][: group.order] = group.matrices.reshape(-1, 4)
-        rules["products"][: group.order, : group.order] = group.products
-        rules["inverses"][: group.order] = group.inverses
-        rules["n_axes"] = len(group.normals)
-        rules["normals"][: len(group.normals)] = group.normals
-        rules["mirrors"][: len(group.mirrors)] = group.mirrors
-        rules["start_mirror"], rules["end_mirror"] = group.start_mirror, group.end_mirror
-        rules["max_length_sq"] = math.inf if max_crease_length is None else max_crease_length**2 + 1e-9
-        rules["sources"], rules["collisions"] = source_action, collisions
-        rules["start"], rules["first_placement"], rules["n_placements"] = (
-            self.start.kind,
-            placements.start,
-            len(placements),
+        rules = Rules(
+            board_size,
+            symmetry,
+            start,
+            max_crease_length=max_crease_length,
+            source_action=source_action,
+            driving_angle_max=driving_angle_max,
+            driving_angle_count=driving_angle_count,
+            driving_angle_fixed=driving_angle_fixed,
+            stuck=stuck,
+            capacity=capacity,
+            collisions=collisions,
         )
-        self.points = board_size**2
-        self.n_actions = 3 * self.points + 5 + 2 * len(placements)
-        """Actions are integers below this."""
-        self.max_legal = max(2 * self.points + 5, 2 * len(placements))
-        given = driving_angle_fixed if isinstance(driving_angle_fixed, int | float) else driving_angle_max
-        self._set_angles(given, driving_angle_count)
+        self.start = rules.start
         self.start_moves: tuple[Move, ...] = tuple(self.start.moves)
         """The moves that lay the start pattern, before the first interaction; none where placing it is an action."""
         if self.start.remove:
-            self.start_moves = cut_off(self, self.start_moves, self.start.remove)
+            self.start_moves = cut_off(rules, self.start_moves, self.start.remove)
         if driving_angle_fixed == "start":
-            driving_angle_fixed = self._angle_of_start()
-            self._set_angles(driving_angle_fixed, driving_angle_count)
+            driving_angle_fixed = _angle_of_start(rules, self.start_moves)
+            rules = rules.with_largest_angle(driving_angle_fixed)
         self.driving_angle_fixed: float | None = driving_angle_fixed
         """Degrees, also where ``"start"`` was asked for."""
-        self._origin = lay(self, self.start_moves) if self.start_moves else empty_board(self)
-
-    def _set_angles(self, largest: float, count: int) -> None:
-        self.angles = math.radians(largest) * np.arange(1, count + 1) / count
-        self.angles.flags.writeable = False
-        self.rules["angles"], self.rules["min_reach"] = self.angles, count if self.fixed else 1
-
-    def _angle_of_start(self) -> float:
-        if not any(isinstance(move, Extend) for move in self.start_moves):
-            file = "start=chair or start=file start.path=DIR"
-            expected = f"needs a start pattern with vertices that fold, {file}; null is for all driving angles"
-            raise InputError("driving_angle.fixed", "start", expected)
-        angle = largest_angle(self, lay(self, self.start_moves, shortest_motion=True))
-        if angle == 0.0:
-            raise InputError("driving_angle.fixed", "start", "the start pattern does not fold by a tenth of a degree")
-        return angle
+        self.rules = rules
+        self.board_size, self.symmetry, self.angles = rules.board_size, rules.symmetry, rules.angles
+        self._origin = lay(rules, self.start_moves) if self.start_moves else empty_board(rules)
 
     # --- states ------------------------------------------------------------------------------------------------------
 
@@ -174,7 +104,7 @@ class Game:
     @property
     def first_angle(self) -> int:
         """Index of the first driving angle at which a design may be used (the last one if it is fixed)."""
-        return len(self.angles) - 1 if self.fixed else 0
+        return len(self.angles) - 1 if self.rules.fixed else 0
 
     @property
     def start_actions(self) -> tuple[int, ...]:
@@ -183,7 +113,7 @@ class Game:
 
     def new_states(self, count: int = 1) -> States:
         """An array of states where episodes begin: with the start pattern of moves, else with empty boards."""
-        states = np.empty(count, dtype=self.dtype)  # rows are written before they are read
+        states = np.empty(count, dtype=self.rules.dtype)  # rows are written before they are read
         play.copy_to_all(states, self._origin)
         return states
 
@@ -197,8 +127,7 @@ class Game:
 
     def legal(self, states: States, i: int = 0) -> Actions:
         """The legal actions; an episode in progress that has none is marked as ended (stuck)."""
-        out = np.empty(self.max_legal, dtype=np.int32)
-        return out[: play.legal_of(states, i, self.rules, out)]
+        return self.rules.legal(states, i)
 
     def play(self, states: States, action: int, i: int = 0) -> Actions:
         """Play an action and return the actions legal afterwards.
@@ -208,14 +137,11 @@ class Game:
         ValueError
             If the action is not legal; the state is unchanged.
         """
-        if action not in self.legal(states, i):
-            raise ValueError(f"action {action} is not legal in this state")
-        out = np.empty(self.max_legal, dtype=np.int32)
-        return out[: play.step(states, i, self.rules, action, out)]
+        return self.rules.play(states, action, i)
 
     def sheet(self, states: States, i: int = 0) -> FoldedSheet:
         """The whole sheet, images included, flat and folded."""
-        return FoldedSheet(states, i, self.rules)
+        return FoldedSheet(states, i, self.rules.record)
 
     def is_penalised(self, states: States, i: int = 0) -> bool:
         """Whether the episode's end brings the penalty instead of a score."""
@@ -223,7 +149,7 @@ class Game:
         if status == NOT_FOLDABLE:
             return True
         inside = int(states["phase"][i]) not in (SELECTION, PLACEMENT)
-        return self.stuck_is_penalised and status == STUCK and inside
+        return self.rules.stuck_is_penalised and status == STUCK and inside
 
     def finished_actions(self, states: States, i: int = 0) -> tuple[int, ...]:
         """The actions played so far, without those of an extension that was not completed."""
@@ -249,17 +175,17 @@ class Game:
         if moves[: len(before)] != before:
             raise ValueError("the moves do not begin with the game's start pattern")
         for move in moves[len(before) :]:
-            play_move(self, move, states, self.rules)
+            play_move(self.rules, move, states)
         return states
 
     def encode(self, move: Move, states: States, i: int = 0) -> list[int]:
         """The actions that make up a move in a state; raises ValueError where they cannot be told."""
-        return translation.encode(self, move, states, i)
+        return encode(self.rules, move, states, i)
 
     def moves(self, actions: Sequence[int]) -> list[Move]:
         """The moves that legal actions make up; an incomplete extension at the end is left out."""
         rest = self._after_start(tuple(actions))
-        return [*self.start_moves, *translation.decode(self, rest, self.new_states(1))]
+        return [*self.start_moves, *decode(self.rules, rest, self.new_states(1))]
 
     def _after_start(self, actions: tuple[int, ...]) -> tuple[int, ...]:
         before = self.start_actions
@@ -302,16 +228,15 @@ class Game:
         ValueError
             If the design does not reach one of them.
         """
-        rules, states = self.rules.copy(), self.new_states(1)
-        rules["min_reach"], rules["collisions"] = 1, 0
+        record, states = self.rules.replaced(min_reach=1, collisions=0).record, self.new_states(1)
         count, log = len(self.angles), np.array(actions, dtype=np.int32)
         parts = []
         for start in range(0, len(driving_angles), count):
             chunk = driving_angles[start : start + count]
-            rules["angles"][0] = np.concatenate([chunk, np.full(count - len(chunk), chunk[-1])])
-            if play.replay_unchecked(states, 0, rules, log) < len(chunk):
+            record["angles"][0] = np.concatenate([chunk, np.full(count - len(chunk), chunk[-1])])
+            if play.replay_unchecked(states, 0, record, log) < len(chunk):
                 raise ValueError(f"the design does not reach a driving angle of {np.degrees(chunk[-1]):.4g} degrees")
-            parts.append(FoldedSheet(states, 0, rules).points[: len(chunk)])
+            parts.append(FoldedSheet(states, 0, record).points[: len(chunk)])
         sheet = self.sheet(states)
         return self._freeze(sheet, np.concatenate(parts), driving_angles, len(driving_angles) - 1, actions, metadata)
 
@@ -326,3 +251,15 @@ class Game:
     ) -> CreasePattern:
         log = tuple(int(a) for a in actions)
         return finished_design(sheet, points, angles, best, log, MappingProxyType(dict(metadata or {})))
+
+
+def _angle_of_start(rules: Rules, moves: Sequence[Move]) -> float:
+    """The largest driving angle in degrees that a start pattern made of moves admits; raises InputError."""
+    if not any(isinstance(move, Extend) for move in moves):
+        file = "start=chair or start=file start.path=DIR"
+        expected = f"needs a start pattern with vertices that fold, {file}; null is for all driving angles"
+        raise InputError("driving_angle.fixed", "start", expected)
+    angle = largest_angle(rules, lay(rules, moves, shortest_motion=True))
+    if angle == 0.0:
+        raise InputError("driving_angle.fixed", "start", "the start pattern does not fold by a tenth of a degree")
+    return angle

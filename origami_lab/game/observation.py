@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 
 from origami_lab.errors import InputError
 from origami_lab.game.game import Game
-from origami_lab.game.masks import PREV, near_side
-from origami_lab.game.state import (
+from origami_lab.game.kernels.boundary import PREV, near_side
+from origami_lab.game.kernels.state import (
     SECOND,
     SELECTION,
     THIRD,
@@ -88,7 +88,7 @@ class CompactView:
         self.count = int(playable.sum())
         self.shape: tuple[int, ...] = (FEATURES * self.count + PHASES,)
         self.dtype = np.dtype(np.float32)
-        self._rules = game.rules
+        self._rules = game.rules.record
         self._slots = np.where(playable, np.cumsum(playable) - 1, -1).astype(np.int32)
 
     def write(self, states: States, i: int, out: NDArray[Any]) -> None:
@@ -100,7 +100,7 @@ class TensorView:
     """The paper's tensor, (N, N, V + 2) int8."""
 
     def __init__(self, game: Game, vertices: int | None = None) -> None:
-        most = game.points
+        most = game.rules.points
         if vertices is not None and (
             isinstance(vertices, bool) or not isinstance(vertices, int) or not 1 <= vertices <= most
         ):
@@ -109,7 +109,7 @@ class TensorView:
         side = game.board_size
         self.shape: tuple[int, ...] = (side, side, (most if vertices is None else vertices) + 2)
         self.dtype = np.dtype(np.int8)
-        self._rules = game.rules
+        self._rules = game.rules.record
 
     def write(self, states: States, i: int, out: NDArray[Any]) -> None:
         """Fill ``out`` with what is seen of state i."""
@@ -118,7 +118,7 @@ class TensorView:
 
 def playable_points(game: Game) -> NDArray[np.bool_]:
     """(N²,) which points of the board are playable, row by row from the lower left."""
-    line = np.arange(-game.half, game.half + 1)
+    line = np.arange(-game.rules.half, game.rules.half + 1)
     x, y = np.meshgrid(line, line)
     return game.symmetry.playable(np.stack([x.ravel(), y.ravel()], axis=-1))
 
@@ -126,8 +126,8 @@ def playable_points(game: Game) -> NDArray[np.bool_]:
 def possible_actions(game: Game) -> NDArray[np.int64]:
     """(m,) the actions that can ever be legal: all but those that name a point which is not playable."""
     points = np.flatnonzero(playable_points(game))
-    rest = np.arange(3 * game.points, game.n_actions)
-    return np.concatenate([points, points + game.points, points + 2 * game.points, rest])
+    rest = np.arange(3 * game.rules.points, game.rules.n_actions)
+    return np.concatenate([points, points + game.rules.points, points + 2 * game.rules.points, rest])
 
 
 # --- compact ---------------------------------------------------------------------------------------------------------

@@ -1,1 +1,5 @@
-"""Geometry that knows no origami: exact planar predicates, triangles in space, distances, symmetry groups."""
+"""Exact planar predicates, triangles in space, distances, trees of boxes, symmetry groups."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,1 +1,5 @@
-"""How panels move: the principle of three units, in vector form."""
+"""The principle of three units: how one driven crease moves the next ones (paper, section 3.2)."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

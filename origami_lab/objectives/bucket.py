@@ -16,10 +16,10 @@ from __future__ import annotations
 import numpy as np
 
 from origami_lab.game.game import Game
-from origami_lab.game.state import Record, States
+from origami_lab.game.kernels.state import Record, States
 from origami_lab.jit import inlined, kernel
-from origami_lab.objectives.abstract import TIE, Array, CompiledObjective, sticks_out
-from origami_lab.objectives.base import checked_number
+from origami_lab.objectives.compiled_objective import TIE, Array, CompiledObjective, sticks_out
+from origami_lab.objectives.objective import checked_number
 
 
 class BucketObjective(CompiledObjective):
@@ -72,7 +72,7 @@ def bucket_at(s: Record, r: Record, k: int, spread: float, bound: bool, least: f
 
 @kernel
 def best_bucket(states: States, i: int, rules: States, numbers: Array, bound: bool, above: float) -> tuple[float, int]:
-    """See :data:`~origami_lab.objectives.abstract.Best`; ``numbers`` are compactness and spread."""
+    """See :data:`~origami_lab.objectives.compiled_objective.Best`; ``numbers`` are compactness and spread."""
     s, r = states[i], rules[0]
     best, angle = above, -1
     for k in range(r.min_reach - 1, s.reach):

@@ -23,12 +23,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from origami_lab.game.crease_pattern import CreasePattern
 from origami_lab.game.game import Game
-from origami_lab.game.pattern import CreasePattern
-from origami_lab.game.state import Record, States, has_image
+from origami_lab.game.kernels.state import Record, States, has_image
 from origami_lab.jit import inlined, kernel
-from origami_lab.objectives.abstract import TIE, Array, CompiledObjective, board_points_beside, sticks_out
-from origami_lab.objectives.base import checked_number
+from origami_lab.objectives.compiled_objective import TIE, Array, CompiledObjective, board_points_beside, sticks_out
+from origami_lab.objectives.objective import checked_number
 
 LEGS = 3
 UNEVEN = 0.1
@@ -162,7 +162,7 @@ def chair_at(s: Record, r: Record, k: int, numbers: Array, bound: bool, least: f
 
 @kernel
 def best_chair(states: States, i: int, rules: States, numbers: Array, bound: bool, above: float) -> tuple[float, int]:
-    """See :data:`~origami_lab.objectives.abstract.Best`; ``numbers``: compactness, height, side, extent and r_min."""
+    """See :data:`~.compiled_objective.Best`; ``numbers``: compactness, height, side, extent and r_min."""
     s, r = states[i], rules[0]
     best, angle = above, -1
     scratch = np.empty((2, LEGS))

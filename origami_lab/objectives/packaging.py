@@ -13,11 +13,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from origami_lab.game.collisions import place_corner
 from origami_lab.game.game import Game
-from origami_lab.game.state import Record, States, has_image
+from origami_lab.game.kernels.collisions import place_corner
+from origami_lab.game.kernels.state import Record, States, has_image
 from origami_lab.jit import kernel
-from origami_lab.objectives.abstract import Array, CompiledObjective, panel_area, sticks_out
+from origami_lab.objectives.compiled_objective import Array, CompiledObjective, panel_area, sticks_out
 
 
 class PackagingObjective(CompiledObjective):
@@ -90,7 +90,7 @@ def half_extent_at(s: Record, r: Record, k: int, low: Array, high: Array) -> flo
 def best_packaging(
     states: States, i: int, rules: States, numbers: Array, bound: bool, above: float
 ) -> tuple[float, int]:
-    """See :data:`~origami_lab.objectives.abstract.Best`; ``numbers`` are compactness alone."""
+    """See :data:`~origami_lab.objectives.compiled_objective.Best`; ``numbers`` are compactness alone."""
     s, r = states[i], rules[0]
     best, angle = above, -1
     areas = np.empty(s.n_triangles)

@@ -21,15 +21,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.errors import InputError
+from origami_lab.game.crease_pattern import CreasePattern
 from origami_lab.game.game import Game
-from origami_lab.game.pattern import CreasePattern
-from origami_lab.game.state import States
+from origami_lab.game.kernels.state import States
 from origami_lab.geometry.bvh import Bvh, build_bvh
 from origami_lab.geometry.hausdorff import directed_distance
 from origami_lab.geometry.sampled import sample_surface
 from origami_lab.geometry.sampling import surface_draws
-from origami_lab.objectives.base import NO_SCORE, Memos, Score, checked_number
-from origami_lab.objectives.coverage import (
+from origami_lab.objectives.objective import NO_SCORE, Memos, Score, checked_number
+from origami_lab.objectives.shape_kernels import (
     Surface,
     folded_triangles_of,
     least_distance,
@@ -39,7 +39,7 @@ from origami_lab.objectives.coverage import (
     uncovered,
     vertex_distance,
 )
-from origami_lab.objectives.targets import Direction, Target
+from origami_lab.targets.target import Direction, Target
 
 Distance = Literal["vertex", "surface", "sampled"]
 TARGET_SAMPLES = 10_000
@@ -147,7 +147,7 @@ class ShapeEvaluator:
     """The shape objective in one game."""
 
     def __init__(self, objective: ShapeObjective, game: Game) -> None:
-        self._objective, self._game, self._rules = objective, game, game.rules
+        self._objective, self._game, self._rules = objective, game, game.rules.record
         self._yardstick = self._made_yardstick("sampled" if objective.distance == "sampled" else "vertex")
         self.compiled_bound = self._yardstick.target
         self._dtype = memo_dtype(len(game.angles))

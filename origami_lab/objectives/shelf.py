@@ -17,13 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.errors import InputError
-from origami_lab.game.collisions import place_corner
+from origami_lab.game.crease_pattern import CreasePattern
 from origami_lab.game.game import Game
-from origami_lab.game.pattern import CreasePattern
-from origami_lab.game.state import Record, States, has_image
+from origami_lab.game.kernels.collisions import place_corner
+from origami_lab.game.kernels.state import Record, States, has_image
 from origami_lab.jit import kernel
-from origami_lab.objectives.abstract import TIE, Array, CompiledObjective, panel_area, sticks_out
-from origami_lab.objectives.base import checked_number
+from origami_lab.objectives.compiled_objective import TIE, Array, CompiledObjective, panel_area, sticks_out
+from origami_lab.objectives.objective import checked_number
 
 PARALLEL = 0.99999
 """|cos| between the normals of parallel triangles: within 0.256 degrees."""
@@ -171,7 +171,7 @@ def shelf_at(s: Record, r: Record, k: int, areas: Array, n_all: int, levels: flo
 
 @kernel
 def best_shelf(states: States, i: int, rules: States, numbers: Array, bound: bool, above: float) -> tuple[float, int]:
-    """See :data:`~origami_lab.objectives.abstract.Best`; ``numbers`` are compactness, levels and gap."""
+    """See :data:`~origami_lab.objectives.compiled_objective.Best`; ``numbers`` are compactness, levels and gap."""
     s, r = states[i], rules[0]
     levels, gap = numbers[1], numbers[2]
     best, angle = above, -1

@@ -17,11 +17,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from origami_lab.game.crease_pattern import CreasePattern
 from origami_lab.game.game import Game
-from origami_lab.game.pattern import CreasePattern
-from origami_lab.game.state import Record, States
+from origami_lab.game.kernels.state import Record, States
 from origami_lab.jit import kernel
-from origami_lab.objectives.abstract import (
+from origami_lab.objectives.compiled_objective import (
     Array,
     CompiledObjective,
     board_points_beside,
@@ -29,7 +29,7 @@ from origami_lab.objectives.abstract import (
     orbit_size,
     sticks_out,
 )
-from origami_lab.objectives.base import checked_number
+from origami_lab.objectives.objective import checked_number
 
 FEET = 4
 
@@ -95,7 +95,7 @@ def table_at(s: Record, r: Record, k: int, height: float, others: int, bound: bo
 
 @kernel
 def best_table(states: States, i: int, rules: States, numbers: Array, bound: bool, above: float) -> tuple[float, int]:
-    """See :data:`~origami_lab.objectives.abstract.Best`; ``numbers`` are compactness and height."""
+    """See :data:`~origami_lab.objectives.compiled_objective.Best`; ``numbers`` are compactness and height."""
     s, r = states[i], rules[0]
     best, angle = above, -1
     others = board_points_beside(r, FEET) if bound else count_vertices(s, r) - FEET

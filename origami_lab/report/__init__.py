@@ -1,1 +1,5 @@
-"""Many runs on one page: tables, curves and pictures made from run folders."""
+"""Tables, curves, a gallery and a page of many runs, from their folders."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -16,17 +16,17 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 
+from origami_lab.drawing import TargetSurface, read_target
+from origami_lab.drawing.figures import HIGHLIGHT, INK, QUIET, new_figure
+from origami_lab.drawing.folded_picture import Studio, sheet_of
+from origami_lab.drawing.motion_gif import steps
 from origami_lab.errors import InputError
-from origami_lab.experiment.folder import RunFolder
-from origami_lab.export.fold import read_fold
-from origami_lab.export.foldfile import FoldFile, FoldFrame
-from origami_lab.report.collect import Note, Trial
-from origami_lab.report.figures import HIGHLIGHT, INK, QUIET, new_figure
-from origami_lab.report.grouping import Groups, Heading
-from origami_lab.report.writing import number
-from origami_lab.reporting.folded_picture import Studio, sheet_of
-from origami_lab.reporting.motion import steps
-from origami_lab.reporting.pictures import TargetSurface, read_target
+from origami_lab.fold_format.fold_file import FoldFile, FoldFrame
+from origami_lab.fold_format.writer import read_fold
+from origami_lab.report.run_groups import Groups, Heading
+from origami_lab.report.run_reader import Note, Trial
+from origami_lab.report.table_formats import number
+from origami_lab.runs.run_folder import RunFolder
 
 SIZE = 300
 """Pixels, the side of a picture."""
@@ -49,11 +49,11 @@ class Shape:
 
     @property
     def caption(self) -> str:
-        return f"{number(float(self.trial.row['return']), 4)}, seed {self.trial.seed}"
+        return f"{number(self.trial.value, 4)}, seed {self.trial.seed}"
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class DrawnMotion:
     """The folding motion of a task's best design."""
 
     row: Heading
@@ -75,7 +75,7 @@ def draw_shapes(groups: Groups, notes: list[Note]) -> dict[tuple[Heading, Headin
                     designs[row] = (group.best, fold)
         if not designs:
             continue
-        top = max(float(trial.row["return"]) for trial, _ in designs.values())
+        top = max(trial.value for trial, _ in designs.values())
         points = np.vstack([_standing(fold, fold.best) for _, fold in designs.values()])
         target = read_target_of([trial for trial, _ in designs.values()], notes)
         if target is not None:  # it stands as the designs that are to fold into it
@@ -84,7 +84,7 @@ def draw_shapes(groups: Groups, notes: list[Note]) -> dict[tuple[Heading, Headin
         studio = Studio(points, target, SIZE, trim=True)
         for row, (trial, fold) in designs.items():
             image = studio.picture(sheet_of(fold), _standing(fold, fold.best))
-            found[row, column] = Shape(trial, fold, image, float(trial.row["return"]) >= top - _SAME)
+            found[row, column] = Shape(trial, fold, image, trial.value >= top - _SAME)
     return found
 
 
@@ -93,10 +93,10 @@ def best_shape(
 ) -> tuple[Heading, Shape] | None:
     """A task's best design that is on disk, and its row."""
     known = [(row, shapes[row, column]) for row in groups.rows if (row, column) in shapes]
-    return max(known, key=lambda pair: float(pair[1].trial.row["return"]), default=None)
+    return max(known, key=lambda pair: pair[1].trial.value, default=None)
 
 
-def draw_motion(row: Heading, shape: Shape, notes: list[Note]) -> Motion:
+def draw_motion(row: Heading, shape: Shape, notes: list[Note]) -> DrawnMotion:
     """From the flat sheet to the best angle, in pictures from one place; true folded forms, none interpolated."""
     fold = _read(shape.trial, ("motion.fold",), notes, "its motion is drawn in fewer steps") or shape.fold
     forms = steps(fold)
@@ -106,7 +106,7 @@ def draw_motion(row: Heading, shape: Shape, notes: list[Note]) -> Motion:
     studio = Studio(np.vstack([form.coords for form in forms]), target, SIZE, trim=True, upright=fold.upright)
     sheet = sheet_of(fold)
     angles = (form.driving_angle for form in forms)
-    return Motion(
+    return DrawnMotion(
         row,
         shape.trial,
         tuple(studio.picture(sheet, form.coords) for form in forms),
@@ -147,7 +147,7 @@ def read_target_of(trials: Sequence[Trial], notes: list[Note]) -> TargetSurface 
             return read_target(trial.run / "target.ply")
         except InputError:
             continue
-    if any(trial.row.get("return_vertex") is not None for trial in trials):
+    if any(trial.row.return_vertex is not None for trial in trials):
         notes.append(Note("drawn without its target, there is no target.ply that can be read", (trials[0].run,)))
     return None
 
@@ -174,7 +174,7 @@ def gallery_figure(groups: Groups, shapes: Mapping[tuple[Heading, Heading], Shap
     return figure
 
 
-def motion_figure(motion: Motion, column: Heading) -> Figure:
+def motion_figure(motion: DrawnMotion, column: Heading) -> Figure:
     """The steps of a motion from left to right."""
     count = len(motion.images)
     height = 2.0 * motion.images[0].height / motion.images[0].width + 0.6

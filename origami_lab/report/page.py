@@ -11,13 +11,13 @@ from pathlib import Path
 
 from PIL import Image
 
-from origami_lab.report.collect import Note, Run, relative
-from origami_lab.report.designs import Beside
-from origami_lab.report.gallery import Motion, Shape
-from origami_lab.report.grouping import Groups, Heading
+from origami_lab.report.design_files import DesignFiles
+from origami_lab.report.gallery import DrawnMotion, Shape
+from origami_lab.report.run_groups import Groups, Heading
+from origami_lab.report.run_reader import Note, Run, relative
+from origami_lab.report.table_formats import known_text, many, number, value_text
 from origami_lab.report.tables import Cell, Table
-from origami_lab.report.writing import known_text, many, number, value_text
-from origami_lab.reporting.tables import REFUTED
+from origami_lab.runs.trial_row import REFUTED
 
 GENERATOR = '<meta name="generator" content="origami-lab report">'
 """By which a page is known as one of ours."""
@@ -33,9 +33,9 @@ class Content:
     learning: Mapping[Heading, bytes]
     solved: Mapping[Heading, bytes]
     shapes: Mapping[tuple[Heading, Heading], Shape]
-    designs: Mapping[tuple[Heading, Heading], Beside]
+    designs: Mapping[tuple[Heading, Heading], DesignFiles]
     patterns: Mapping[Heading, bytes]
-    motions: Mapping[Heading, Motion]
+    motions: Mapping[Heading, DrawnMotion]
     notes: Sequence[Note]
 
 
@@ -172,7 +172,7 @@ def _shape(content: Content, row: Heading, column: Heading) -> str:
     return f"<figure{kind}>{picture}<figcaption>{caption}</figcaption></figure>"
 
 
-def _links(design: Beside) -> str:
+def _links(design: DesignFiles) -> str:
     """What its certificate says, and the files beside the page."""
     mark = ' class="refuted"' if design.verdict == REFUTED else ""
     said = escape(design.verdict)
@@ -191,13 +191,13 @@ def _patterns(content: Content) -> str:
     return f'<p>Of the best design of each task.</p>\n<div class="patterns">{figures}</div>\n' if figures else ""
 
 
-def _origin(column: Heading, motion: Motion) -> str:
+def _origin(column: Heading, motion: DrawnMotion) -> str:
     """Whose design it is."""
-    value = number(float(motion.trial.row["return"]), 4)
+    value = number(motion.trial.value, 4)
     return f"{column.label}: {motion.row.label}, seed {motion.trial.seed}, return {value}"
 
 
-def _motion(column: Heading, motion: Motion) -> str:
+def _motion(column: Heading, motion: DrawnMotion) -> str:
     steps = ""
     for image, angle in zip(motion.images, motion.angles, strict=True):
         shown = "" if angle is None else f"{number(angle, 1)}°"

@@ -6,9 +6,9 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
-from origami_lab.report.beside import Beside, Known
-from origami_lab.report.grouping import METHODS, Group, Groups, Heading
-from origami_lab.reporting.tables import FAILED, NO_DESIGN, OK, STOPPED, Spread, spread_of, spreads
+from origami_lab.report.known_values import Known, KnownValues
+from origami_lab.report.run_groups import METHODS, Group, Groups, Heading
+from origami_lab.runs.trial_row import FAILED, NO_DESIGN, OK, STOPPED, Spread, spread_of, spreads
 
 MISSING = "–"
 HIGHER, LOWER = "↑", "↓"
@@ -36,7 +36,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class Table:
-    """What one table says; how it is written is up to :mod:`origami_lab.report.writing`."""
+    """What one table says; how it is written is up to :mod:`origami_lab.report.table_formats`."""
 
     name: str
     """``returns``, ``returns_surface`` …, ``interactions``"""
@@ -51,7 +51,7 @@ class Table:
         return self.cells.get((row, column), Cell(None))
 
 
-def return_tables(groups: Groups, beside: Beside | None = None) -> list[Table]:
+def return_tables(groups: Groups, beside: KnownValues | None = None) -> list[Table]:
     """The returns that the searches went by, then, for targets, those under the distances that say something else."""
     beside = beside or {}
     used = sorted({group.distance for group in groups.cells.values() if group.distance is not None})
@@ -67,11 +67,11 @@ def return_tables(groups: Groups, beside: Beside | None = None) -> list[Table]:
     return tables
 
 
-def interactions_table(groups: Groups, beside: Beside | None = None) -> Table:
+def interactions_table(groups: Groups, beside: KnownValues | None = None) -> Table:
     """Interactions until the best design was found, in thousands, of the trials that found one."""
     values = {}
     for place, group in groups.cells.items():
-        found = (t.row["interactions_to_best"] / 1000 for t in group.counted if t.row["status"] == OK)
+        found = ((t.row.interactions_to_best or 0) / 1000 for t in group.counted if t.row.outcome == OK)
         spread = spread_of(found)
         if spread is not None:
             values[place] = spread
@@ -90,7 +90,9 @@ def _differ(one: Spread | None, other: Spread) -> bool:
     return one is None or abs(one.mean - other.mean) > 1e-9 or abs((one.std or 0) - (other.std or 0)) > 1e-9
 
 
-def _table(groups: Groups, name: str, title: str, values: Mapping[Place, Spread], beside: Beside, digits: int) -> Table:
+def _table(
+    groups: Groups, name: str, title: str, values: Mapping[Place, Spread], beside: KnownValues, digits: int
+) -> Table:
     columns = tuple(c for c in groups.columns if name in ("returns", "interactions") or any(c == p[1] for p in values))
     kind = name.partition("_")[0]
     known = {key[1:]: value for key, value in beside.items() if key[0] == kind}

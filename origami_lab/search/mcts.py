@@ -10,11 +10,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from origami_lab.game.play import step
-from origami_lab.search.checks import check_flag, check_number, check_whole
-from origami_lab.search.draws import Draws
-from origami_lab.search.mcts_tree import CUT, KNOWN, NODE, Nodes, back_up, plant, simulate
+from origami_lab.game.kernels.play import step
+from origami_lab.search.check_numbers import check_flag, check_number, check_whole
+from origami_lab.search.mcts_kernel import CUT, KNOWN, NODE, Nodes, back_up, plant, simulate
 from origami_lab.search.problem import Problem
+from origami_lab.search.random_stream import Draws
 
 _NODES = 1 << 12
 """Nodes that a tree has room for at first."""
@@ -111,8 +111,8 @@ class Tree:
         self.positions = problem.new_positions(2)  # the real one, and the one that simulations play in
         self.longest = len(self.positions.states["actions"][0])
         self.path = np.zeros(self.longest + 1, dtype=np.int32)
-        self.legal = np.empty(game.max_legal, dtype=np.int32)
-        self.nodes: Nodes = np.zeros(max(_NODES, 2 * game.max_legal), dtype=NODE)
+        self.legal = np.empty(game.rules.max_legal, dtype=np.int32)
+        self.nodes: Nodes = np.zeros(max(_NODES, 2 * game.rules.max_legal), dtype=NODE)
         self.size, self.root = 1, 0
         self.rescaled = False
         """Whether the returns in the tree are no longer on one scale, so that a new one has to be planted."""
@@ -136,7 +136,7 @@ class Tree:
             if child < 0 or problem.done:
                 return
             problem.spend(1)
-            step(self.positions.states, 0, problem.game.rules, int(self.nodes["action"][child]), self.legal)
+            step(self.positions.states, 0, problem.game.rules.record, int(self.nodes["action"][child]), self.legal)
             self.root = child
             if int(self.nodes["count"][child]) == 0:
                 return  # the episode has ended, and was scored when it first did
@@ -156,7 +156,7 @@ class Tree:
         unvisited = math.nan if settings.unvisited is None else settings.unvisited
         before = self.size
         why, depth, self.size, self.draws.used, played = simulate(
-            *(positions.states, problem.game.rules, self.nodes, before, self.root),
+            *(positions.states, problem.game.rules.record, self.nodes, before, self.root),
             *(settings.exploration, self.returns.low, self.returns.high, unvisited, settings.epsilon),
             *(self.noise.block, self.noise.used, self.draws.block, self.draws.used),
             *(self.path, self.legal, problem.remaining),

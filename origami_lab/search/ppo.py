@@ -15,9 +15,9 @@ import numpy as np
 from origami_lab.errors import InputError
 from origami_lab.game.game import Game
 from origami_lab.game.observation import View, view_of
-from origami_lab.search.checks import check_number, check_whole
-from origami_lab.search.episodes import Episodes
+from origami_lab.search.check_numbers import check_number, check_whole
 from origami_lab.search.problem import Problem, SearchEnded
+from origami_lab.search.rl_episodes import Episodes
 
 NEEDED = ("gymnasium", "sb3_contrib", "stable_baselines3", "torch")
 MOST_BYTES = 2**31
@@ -95,12 +95,24 @@ class ProximalPolicyOptimization:
         self.gamma, self.gae_lambda = gamma, gae_lambda
 
     def search(self, problem: Problem, rng: np.random.Generator) -> None:
-        from origami_lab.search.ppo_training import isolated, learner
+        from origami_lab.search.ppo_learner import isolated, learner
 
         self.check_game(problem.game)
         episodes = Episodes(problem, self.games, self._view(problem.game))
         with isolated(int(rng.integers(2**31))), suppress(SearchEnded):
-            learner(episodes, self).learn(problem.budget)
+            learner(
+                episodes,
+                layers=self.layers,
+                batch=self.batch,
+                games=self.games,
+                epochs=self.epochs,
+                minibatch=self.minibatch,
+                entropy=self.entropy,
+                learning_rate=self.learning_rate,
+                clip=self.clip,
+                gamma=self.gamma,
+                gae_lambda=self.gae_lambda,
+            ).learn(problem.budget)
 
     def check_game(self, game: Game) -> None:
         """Refuse observations so large that the first layers and a batch need too much memory; raises InputError."""
@@ -116,4 +128,4 @@ class ProximalPolicyOptimization:
             raise InputError("search.observation", self.observation, expected)
 
     def _view(self, game: Game) -> View:
-        return view_of(game, self.observation, None if self.vertices is None else min(self.vertices, game.points))
+        return view_of(game, self.observation, None if self.vertices is None else min(self.vertices, game.rules.points))

@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.game.game import Game
-from origami_lab.game.play import branch, copy_to, legal_of, play_uniform, step
-from origami_lab.game.state import RUNNING, States
-from origami_lab.objectives.base import Evaluator, Memos, Score, bind
-from origami_lab.search.certify import certified_reach
-from origami_lab.search.draws import Draws
+from origami_lab.game.kernels.play import branch, copy_to, legal_of, play_uniform, step
+from origami_lab.game.kernels.state import RUNNING, States
+from origami_lab.objectives.objective import Evaluator, Memos, Score, bind
+from origami_lab.search.dense_check import certified_reach
+from origami_lab.search.random_stream import Draws
 
 Actions = NDArray[np.int32]
 
@@ -88,7 +88,7 @@ class Problem:
     Parameters
     ----------
     game, objective
-        Any object with ``score(sheet)`` serves as objective; see :mod:`origami_lab.objectives.base`.
+        Any object with ``score(sheet)`` serves as objective; see :mod:`origami_lab.objectives.objective`.
     budget
         Interactions that may be played in all.
     certify
@@ -123,7 +123,7 @@ class Problem:
         self._next_check = 0
         self._check_every = 1
         self._last_check = time.monotonic()
-        self._legal = np.empty(game.max_legal, dtype=np.int32)
+        self._legal = np.empty(game.rules.max_legal, dtype=np.int32)
         self._scratch = self.new_positions(1)
 
     # --- the budget --------------------------------------------------------------------------------------------------
@@ -179,7 +179,7 @@ class Problem:
         """Go back to where episodes begin; returns the legal actions."""
         self.game.clear(positions.states, i)
         self.evaluator.clear(positions.memos, i)
-        return self._legal[: legal_of(positions.states, i, self.game.rules, self._legal)]
+        return self._legal[: legal_of(positions.states, i, self.game.rules.record, self._legal)]
 
     def play(self, positions: Positions, i: int, action: int) -> Actions:
         """Play a legal action, one interaction; returns the actions legal afterwards, none if the episode has ended.
@@ -187,7 +187,7 @@ class Problem:
         They are valid until the next call.
         """
         self.spend(1)
-        n = step(positions.states, i, self.game.rules, action, self._legal)
+        n = step(positions.states, i, self.game.rules.record, action, self._legal)
         return self._legal[:n]
 
     def branch(self, positions: Positions, i: int, j: int, action: int, *, count: bool = True) -> tuple[Actions, bool]:
@@ -198,13 +198,13 @@ class Problem:
         """
         if count:
             self.spend(1)
-        n, complete = branch(positions.states, i, j, self.game.rules, action, self._legal)
+        n, complete = branch(positions.states, i, j, self.game.rules.record, action, self._legal)
         positions.memos[i] = positions.memos[j]
         return self._legal[:n], complete
 
     def play_uniform(self, positions: Positions, i: int, draws: Draws) -> bool:
         """Play uniformly random actions to the end of the episode; False if the budget ended it first."""
-        states, rules = positions.states, self.game.rules
+        states, rules = positions.states, self.game.rules.record
         while True:
             limit = min(self.remaining, draws.available)
             played = play_uniform(states, i, rules, draws.block, draws.used, limit, self._legal)

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from origami_lab.report.figures import HIGHLIGHT, INK, QUIET, new_figure
-from origami_lab.sweep.parameter import Parameter
-from origami_lab.sweep.reading import shown
+from origami_lab.config.checked_values import shown
+from origami_lab.drawing.figures import HIGHLIGHT, INK, QUIET, new_figure
+from origami_lab.sweep.search_space import Parameter
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

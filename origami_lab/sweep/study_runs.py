@@ -1,6 +1,6 @@
 """The MLflow runs of a study: one for the study, nested in it one for each trial, and in these one for each seed.
 
-As with single experiments (:mod:`origami_lab.experiment.mlflow_runs`) everything is read from the folder, and what
+As with single experiments (:mod:`origami_lab.tracking.experiment_runs`) everything is read from the folder, and what
 the store has is looked at first: whatever cut off a push, nothing is missing after the next one, and nothing twice.
 """
 
@@ -13,19 +13,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from origami_lab.experiment.folder import flatten
-from origami_lab.experiment.mlflow_runs import (
-    BATCH,
-    CONTENT,
-    KEY,
-    PARAMS,
-    PARENT,
-    digest,
-)
-from origami_lab.experiment.note import summary_of
-from origami_lab.experiment.stores import experiment_id, in_plain_words, open_client, probe, runs_with_tag
-from origami_lab.sweep.reading import shown
-from origami_lab.sweep.records import read_record
+from origami_lab.config.checked_values import shown
+from origami_lab.config.node import flatten
+from origami_lab.runs.run_folder import read_summary
+from origami_lab.sweep.study_record import read_record
+from origami_lab.tracking.mlflow_log import BATCH, CONTENT, KEY, PARAMS, PARENT, digest
+from origami_lab.tracking.store import experiment_id, in_plain_words, open_client, probe, runs_with_tag
 
 if TYPE_CHECKING:
     from mlflow.entities import Metric, Run
@@ -167,7 +160,7 @@ class StudyRuns:
         from mlflow.entities import RunTag
 
         assert self.study is not None
-        summary = summary_of(self.folder)
+        summary = read_summary(self.folder)
         content = digest({"record": record, "summary": summary})
         if self.study.data.tags.get(CONTENT) == content and self.study.info.status != "RUNNING":
             return

@@ -9,13 +9,13 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from origami_lab.experiment.locks import held
-from origami_lab.experiment.note import read_note, write_note
-from origami_lab.experiment.pusher import Pusher, main
-from origami_lab.experiment.stores import absolute_uri, check_store, default_uri, explain
-from origami_lab.experiment.tracking import MlflowTracker, NullTracker, Say, Tracker
-from origami_lab.sweep.declaration import Declaration
-from origami_lab.sweep.records import RECORD
+from origami_lab.runs.locks import held
+from origami_lab.runs.run_folder import read_note, write_note
+from origami_lab.sweep.study_record import RECORD
+from origami_lab.sweep.sweep_config import Declaration
+from origami_lab.tracking.push_process import Pusher, main
+from origami_lab.tracking.store import absolute_uri, check_store, default_uri, explain
+from origami_lab.tracking.tracker import MlflowTracker, NullTracker, Say, Tracker
 
 
 def store_of_study(declaration: Declaration) -> str:

@@ -13,8 +13,8 @@ from functools import cached_property
 
 import numpy as np
 
-from origami_lab.verification.planar import Array, Indices, cross
-from origami_lab.verification.sheet import Sheet
+from origami_lab.verification.flat_sheet import Sheet
+from origami_lab.verification.plane_graph import Array, Indices, cross
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,9 +22,9 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv  # noqa: E402
 from origami_lab.env import ENV_ID, RigidOrigamiEnv, RigidOrigamiVectorEnv  # noqa: E402
 from origami_lab.errors import InputError  # noqa: E402
 from origami_lab.game.game import Game  # noqa: E402
-from origami_lab.game.starts import Square  # noqa: E402
+from origami_lab.game.start_patterns import Square  # noqa: E402
 from origami_lab.objectives.shape import ShapeObjective  # noqa: E402
-from origami_lab.objectives.targets import pyramid  # noqa: E402
+from origami_lab.targets.solids import pyramid  # noqa: E402
 
 ROOT = Path(__file__).parents[2]
 
@@ -57,8 +57,8 @@ def test_settings_are_the_commands() -> None:
     env = gymnasium.make("origami_lab.env:" + ENV_ID, **arguments).unwrapped
     assert (env.game.board_size, env.game.symmetry.name) == (25, "xyd")
     assert env.game.start == Square(2)
-    assert float(env.game.rules["max_length_sq"][0]) == pytest.approx(9)
-    assert env.action_space.n == env.game.n_actions
+    assert float(env.game.rules.record["max_length_sq"][0]) == pytest.approx(9)
+    assert env.action_space.n == env.game.rules.n_actions
     assert env.problem.objective.target.name == "bowl"
     assert RigidOrigamiEnv(observation="tensor").observation_space.shape == (9, 9, 83)  # the pyramid
     assert RigidOrigamiEnv(objective="table", max_crease_length=None).game.board_size == 13
@@ -110,7 +110,7 @@ def test_an_action_that_there_is_none_of_is_illegal() -> None:
     env, vector = RigidOrigamiEnv(**parts()), RigidOrigamiVectorEnv(3, **parts())
     vector.reset()
     assert vector.action_masks()[:, -1].all()  # to NumPy −1 is the last action
-    actions = np.array([-1, -vector.game.n_actions, vector.game.n_actions])
+    actions = np.array([-1, -vector.game.rules.n_actions, vector.game.rules.n_actions])
     _, rewards, ended, _, infos = vector.step(actions)
     assert ended.all()
     assert infos["status"].tolist() == ["illegal action"] * 3
@@ -283,7 +283,8 @@ def test_the_rest_does_without_gymnasium_and_torch() -> None:
     program = """
 import sys
 sys.modules.update(dict.fromkeys(["gymnasium", "torch", "sb3_contrib", "stable_baselines3"]))
-import origami_lab.experiment.worker, origami_lab.search.ppo, origami_lab.search.episodes, origami_lab.game.observation
+import origami_lab.experiment.trial_worker, origami_lab.search.ppo
+import origami_lab.search.rl_episodes, origami_lab.game.observation
 try:
     import origami_lab.env
 except ImportError as error:

@@ -19,9 +19,9 @@ import pytest
 import origami_lab
 from origami_lab.cli import main
 from origami_lab.errors import InputError
-from origami_lab.export.fold import read_fold, write_fold
-from origami_lab.reporting.tables import COLUMNS, INTEGERS, TEXTS, TIMINGS, format_trials, read_trials
-from tests.experiment.conftest import SMALL
+from origami_lab.fold_format.writer import read_fold, write_fold
+from origami_lab.runs.trial_row import COLUMNS, KINDS, TIMINGS, TrialRow, format_trials, read_trials
+from tests.small_runs import SMALL
 
 ROOT = Path(__file__).parents[2]
 
@@ -69,7 +69,7 @@ for result in (first, *found):
 
 
 def untimed(file: Path) -> list[dict[str, Any]]:
-    return [{k: v for k, v in row.items() if k not in TIMINGS} for row in read_trials(file)]
+    return [{k: v for k, v in row.values().items() if k not in TIMINGS} for row in read_trials(file)]
 
 
 def own_parts(folder: Path) -> None:
@@ -125,7 +125,7 @@ def test_a_program_runs_what_the_command_runs(tracked: Path, tmp_path: Path) -> 
     assert own[2].endswith("output=own --config-dir conf")
     (row,) = read_trials(tmp_path / "own/trials.csv")
     folded = read_fold(tmp_path / "own/seed=0/best.fold").best.coords
-    assert row["return"] == pytest.approx(folded[:, 2].max(), abs=1e-12)
+    assert row.return_ == pytest.approx(folded[:, 2].max(), abs=1e-12)
 
 
 def children_of(process: int) -> list[str]:
@@ -198,11 +198,11 @@ def test_load_is_what_is_on_disk(tracked: Path, tmp_path: Path, monkeypatch: pyt
     assert [result.trials.index.name, *result.trials.columns] == list(COLUMNS)
     assert list(result.trials.index) == [0, 1, 2]
     for row in table:
-        for name, value in row.items():
+        for name, value in row.values().items():
             if name != "seed":
-                assert result.trials.loc[row["seed"], name] == value
+                assert result.trials.loc[row.seed, name] == value
     for name in result.trials.columns:
-        kind = "Int64" if name in INTEGERS else "string" if name in TEXTS else "float64"
+        kind = {int: "Int64", float: "float64", str: "string"}[KINDS[name]]
         assert str(result.trials[name].dtype) == kind
 
     # a replayed design is the one that was found, to the last byte of its file
@@ -211,10 +211,10 @@ def test_load_is_what_is_on_disk(tracked: Path, tmp_path: Path, monkeypatch: pyt
         write_fold(tmp_path / "again.fold", design)
         assert (tmp_path / "again.fold").read_bytes() == (tracked / f"out/seed={seed}/best.fold").read_bytes()
         assert result.designs[seed] is design
-    best = max(table, key=lambda row: (row["return"], -row["seed"]))
-    assert result.best is result.designs[best["seed"]]
-    assert np.degrees(result.best.driving_angles[result.best.best]) == pytest.approx(best["driving_angle"], abs=1e-9)
-    for text in ("pyramid rdm", "3 ok", f"{best['return']:.4f} (seed {best['seed']})", str(tracked / "out")):
+    best = max(table, key=lambda row: (row.return_, -row.seed))
+    assert result.best is result.designs[best.seed]
+    assert np.degrees(result.best.driving_angles[result.best.best]) == pytest.approx(best.driving_angle, abs=1e-9)
+    for text in ("pyramid rdm", "3 ok", f"{best.return_:.4f} (seed {best.seed})", str(tracked / "out")):
         assert text in repr(result)
     with pytest.raises(KeyError):
         result.designs[7]
@@ -226,7 +226,7 @@ def test_failed_and_unfinished_runs_load_too(tracked: Path, tmp_path: Path) -> N
     shutil.copytree(tracked / "out", out)
     rows = read_trials(out / "trials.csv")
     shutil.rmtree(out / "seed=1")
-    rows[1] = {"seed": 1, "status": "failed: it broke"}
+    rows[1] = TrialRow.failed(1, "it broke")
     (out / "trials.csv").write_text(format_trials(rows))
     failed = origami_lab.load(out)
     assert failed.exit_code == 1

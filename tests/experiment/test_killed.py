@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from origami_lab.config.settings import Settings
 from origami_lab.errors import InputError
-from origami_lab.experiment.folder import RunFolder
-from origami_lab.experiment.settings import Settings
-from tests.experiment.conftest import bare_settings
+from origami_lab.runs.run_folder import RunFolder
+from tests.small_runs import bare_settings, trial_row
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="kills forked processes")
 
@@ -32,20 +32,19 @@ def settings_for(output: Path) -> Settings:
 def write_trial(folder: RunFolder, seed: int, status: str) -> None:
     with folder.new_trial(seed) as path:
         (path / "best.fold").write_text("{}")
-        (path / "result.json").write_text(json.dumps({"seed": seed, "status": status}))
+        (path / "result.json").write_text(json.dumps(trial_row(seed, status=status).values()))
 
 
 def run_all(output: Path) -> None:
     """What the runner does with a folder, without the trials' work. The first trial fails before it succeeds."""
     with RunFolder.opened(settings_for(output)) as folder:
         rows = folder.rows()
-        folder.write_config(CONFIG)
-        folder.write_target(TARGET)
+        folder.begin(CONFIG, TARGET, None)
         for seed in SEEDS:
-            if rows.get(seed, {}).get("status") != "ok":
+            if seed not in rows or rows[seed].status != "ok":
                 folder.write_error(seed, "Traceback")
                 write_trial(folder, seed, "ok")
-                rows[seed] = {"seed": seed, "status": "ok"}
+                rows[seed] = trial_row(seed)
             folder.write_trials(rows.values())
         folder.write_summary({"trials": 2})
 
@@ -86,7 +85,7 @@ def test_whole_whenever_it_is_killed_and_the_same_command_goes_on(
     monkeypatch.setattr(os, "fsync", lambda descriptor: None)  # no power is cut, and it takes most of the time
     begun, reference = tmp_path / "begun", tmp_path / "reference"
     with RunFolder.opened(settings_for(begun)) as folder:
-        folder.write_config(CONFIG)
+        folder.begin(CONFIG, None, None)
         write_trial(folder, 1, "stopped")  # is replaced later on
     run_all(reference)
     wanted = contents(reference)

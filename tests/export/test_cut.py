@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 
 from origami_lab.errors import InputError
-from origami_lab.export.cut import CutSheet, chains, dashes, lay_out, parse_sheet, write_cut
-from origami_lab.export.fold import fold_file
-from tests import designs
-from tests.export.patterns import Segment, normal_form, true_form
+from origami_lab.export.cut_sheet import CutSheet, chains, dashes, lay_out, parse_sheet, write_cut
+from origami_lab.fold_format.writer import as_fold_file
+from tests.known_designs import closed_forms as designs
+from tests.known_designs.pattern_forms import Segment, normal_form, true_form
 
 COLOURS = {"#000000": "cut", "#ff0000": "mountain", "#0000ff": "valley"}
 Layers = dict[str, list[np.ndarray]]
 
 
 def sheet_of(**settings: object) -> CutSheet:
-    fold = fold_file(designs.degree_four())
+    fold = as_fold_file(designs.degree_four())
     return lay_out(fold, fold.best, **settings)  # type: ignore[arg-type]
 
 

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 import trimesh
 
-from origami_lab.export.fold import fold_file
-from origami_lab.export.foldfile import FoldFile
-from origami_lab.export.mesh import plates, write_mesh
-from origami_lab.game.pattern import CreasePattern
-from tests import designs
+from origami_lab.export.folded_mesh import plates, write_mesh
+from origami_lab.fold_format.fold_file import FoldFile
+from origami_lab.fold_format.writer import as_fold_file
+from origami_lab.game.crease_pattern import CreasePattern
+from tests.known_designs import closed_forms as designs
 
 DESIGNS: dict[str, Callable[[], CreasePattern]] = {
     "asymmetric": designs.degree_four,
@@ -42,7 +42,7 @@ def read(path: Path) -> trimesh.Trimesh:
 @pytest.mark.parametrize("kind", ["obj", "stl", "ply", "glb"])
 def test_the_surface_is_the_folded_sheet(make: Callable[[], CreasePattern], kind: str, tmp_path: Path) -> None:
     design = make()
-    fold = fold_file(design)
+    fold = as_fold_file(design)
     path = tmp_path / f"a.{kind}"
     write_mesh(fold, fold.best, path, scale=2.0)
     mesh = read(path)
@@ -68,7 +68,7 @@ def test_the_surface_is_the_folded_sheet(make: Callable[[], CreasePattern], kind
 @pytest.mark.parametrize("kind", ["stl", "glb"])
 def test_solid_panels(make: Callable[[], CreasePattern], kind: str, tmp_path: Path) -> None:
     design = make()
-    fold = fold_file(design)
+    fold = as_fold_file(design)
     path = tmp_path / f"a.{kind}"
     write_mesh(fold, fold.best, path, thickness=0.125)
     assert read(path).volume == pytest.approx(0.125 * flat_area(design).sum(), rel=1e-5)

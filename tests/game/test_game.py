@@ -15,11 +15,11 @@ import pytest
 
 from origami_lab.errors import InputError
 from origami_lab.game.game import Game
+from origami_lab.game.kernels.play import copy_to, play_uniform
+from origami_lab.game.kernels.state import FIRST, FULL, NOT_FOLDABLE, RUNNING, SELECTION, STUCK, TERMINATED, States
 from origami_lab.game.moves import Extend, Place, Source, Terminate, move_from_dict, move_to_dict
-from origami_lab.game.play import copy_to, play_uniform
-from origami_lab.game.starts import Crease, Square
-from origami_lab.game.state import FIRST, FULL, NOT_FOLDABLE, RUNNING, SELECTION, STUCK, TERMINATED, States
-from tests.game.known import CHAIR, CUBE, PYRAMID, chair_game, cube_game, pyramid_game
+from origami_lab.game.start_patterns import Crease, Square
+from tests.known_designs.varied_games import CHAIR, CUBE, PYRAMID, chair_game, cube_game, pyramid_game
 
 
 @pytest.mark.parametrize(("settings", "field"), [
@@ -58,10 +58,10 @@ def test_the_smallest_board_and_the_largest_square_are_fine() -> None:
 
 def random_states(game: Game, count: int, seed: int) -> States:
     """Finished random episodes."""
-    states, legal = game.new_states(count), np.empty(game.max_legal, dtype=np.int32)
+    states, legal = game.new_states(count), np.empty(game.rules.max_legal, dtype=np.int32)
     rng = np.random.default_rng(seed)
     for i in range(count):
-        play_uniform(states, i, game.rules, rng.random(500), 0, 500, legal)
+        play_uniform(states, i, game.rules.record, rng.random(500), 0, 500, legal)
     return states
 
 
@@ -103,7 +103,7 @@ def test_moves_are_plain_data() -> None:
 def test_illegal_actions_and_moves_are_refused() -> None:
     game = pyramid_game()
     with pytest.raises(ValueError, match=r"action 1: .*not legal"):
-        game.replay([*game.encode(Place(1, 1), game.new_states()), 3 * game.points])  # terminate at once
+        game.replay([*game.encode(Place(1, 1), game.new_states()), 3 * game.rules.points])  # terminate at once
     with pytest.raises(ValueError, match="not legal"):
         game.replay_moves([Place(1, 1), Extend((-1, 1), 1, (0, 4), (-4, 0), (-3, 0))])
     with pytest.raises(ValueError, match="not a leaf"):
@@ -130,7 +130,7 @@ def test_placement_is_the_first_decision() -> None:
 def test_nothing_to_do_but_extend_before_the_first_extension() -> None:
     game = pyramid_game()
     legal = game.legal(game.replay_moves([Place(1, 1)]))
-    assert 3 * game.points not in legal
+    assert 3 * game.rules.points not in legal
 
 
 @pytest.mark.parametrize("name", GAMES)
@@ -236,8 +236,8 @@ def test_sources_fill_no_more_than_there_is_room_for() -> None:
     for _ in range(50):
         states = game.new_states()
         while len(legal := game.legal(states)):
-            sources = [a for a in legal if 3 * game.points < a < 3 * game.points + 5]
-            wanted = sources or [a for a in legal if a != 3 * game.points] or [int(legal[0])]
+            sources = [a for a in legal if 3 * game.rules.points < a < 3 * game.rules.points + 5]
+            wanted = sources or [a for a in legal if a != 3 * game.rules.points] or [int(legal[0])]
             game.play(states, int(rng.choice(wanted)))
         assert int(states["n_creases"][0]) <= states["driven"].shape[1]
         assert int(states["n_actions"][0]) <= states["actions"].shape[1]

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from origami_lab.game.folded import FoldedSheet
+from origami_lab.game.crease_pattern import CreasePattern
+from origami_lab.game.folded_sheet import FoldedSheet
 from origami_lab.game.game import Game
 from origami_lab.game.moves import Move
-from origami_lab.game.pattern import CreasePattern
-from tests.game.known import CHAIR, CUBE, PYRAMID, chair_game, cube_game, pyramid_game
+from tests.known_designs.varied_games import CHAIR, CUBE, PYRAMID, chair_game, cube_game, pyramid_game
 from tests.sheet_checks import rotation_x, rotation_z
 
 EXACT = math.degrees(math.acos(-1 / 3))

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from origami_lab.errors import InputError
 from origami_lab.game.game import Game
+from origami_lab.game.kernels.state import SELECTION, States
 from origami_lab.game.observation import FEATURES, PHASES, CompactView, TensorView, possible_actions, view_of
-from origami_lab.game.starts import Crease, Square
-from origami_lab.game.state import SELECTION, States
+from origami_lab.game.start_patterns import Crease, Square
 
 GAMES = {
     "bowl": lambda: Game(25, "xyd", Square("choose"), max_crease_length=2.9),
@@ -37,7 +37,7 @@ def played(game: Game, episodes: int) -> Iterator[tuple[States, int]]:
         yield states, -1
         while len(legal := game.legal(states)):
             if len(legal) > 1:  # longer episodes
-                legal = legal[legal != 3 * game.points]
+                legal = legal[legal != 3 * game.rules.points]
             action = int(rng.choice(legal))
             game.play(states, action)
             yield states, action
@@ -52,7 +52,7 @@ def seen(view: CompactView | TensorView, states: States) -> NDArray[np.float32]:
 
 def test_the_tensor_shows_the_sheet(game: Game) -> None:
     """Vertices, modes and creases as the sheet that objectives see has them, which is made in another way."""
-    view, seen_extended, half = TensorView(game), 0, game.half
+    view, seen_extended, half = TensorView(game), 0, game.rules.half
     for states, _ in played(game, 12):
         tensor = seen(view, states)
         if int(states["phase"][0]) != SELECTION:
@@ -76,7 +76,7 @@ def test_the_tensor_shows_the_sheet(game: Game) -> None:
 
 def test_the_tensor_shows_what_is_chosen() -> None:
     game = Game(9, "xy", Square(1))
-    view, n, half = TensorView(game), game.points, game.half
+    view, n, half = TensorView(game), game.rules.points, game.rules.half
     states = game.new_states(1)
 
     def at(x: int, y: int) -> int:
@@ -105,7 +105,7 @@ def test_the_tensor_shows_what_is_chosen() -> None:
 
 def test_a_capped_tensor_is_the_beginning_of_the_whole_one(game: Game) -> None:
     whole, capped = TensorView(game), TensorView(game, 20)
-    assert whole.shape == (game.board_size, game.board_size, game.points + 2)
+    assert whole.shape == (game.board_size, game.board_size, game.rules.points + 2)
     for states, _ in played(game, 3):
         full, part = seen(whole, states), seen(capped, states)
         assert np.array_equal(part[:, :, :21], full[:, :, :21])
@@ -126,7 +126,7 @@ def test_the_compact_observation_is_an_order_smaller_and_says_as_much(game: Game
 
 
 def rebuilt(game: Game, compact: NDArray[np.float32]) -> NDArray[np.int8]:
-    group, half = game.symmetry, game.half
+    group, half = game.symmetry, game.rules.half
     line = range(-half, half + 1)
     points = [(x, y) for y in line for x in line if group.playable(np.array([(x, y)]))[0]]
     d = len(points)
@@ -155,7 +155,7 @@ def rebuilt(game: Game, compact: NDArray[np.float32]) -> NDArray[np.int8]:
     for vertex in [*vertices, *chosen]:
         for (image,) in images(vertex):
             number.setdefault(image, len(number))
-    out = np.zeros((game.board_size, game.board_size, game.points + 2), dtype=np.int8)
+    out = np.zeros((game.board_size, game.board_size, game.rules.points + 2), dtype=np.int8)
 
     def put(at: tuple[int, int], k: int, value: int) -> None:
         out[at[0] + half, at[1] + half, k] = value
@@ -181,9 +181,9 @@ def test_all_that_is_played_is_possible(game: Game) -> None:
     possible = set(possible_actions(game).tolist())
     actions = {action for _, action in played(game, 20)} - {-1}
     assert actions <= possible
-    assert len(possible) <= game.n_actions
+    assert len(possible) <= game.rules.n_actions
     if game.symmetry.order == 8:
-        assert 6 * len(possible) < game.n_actions
+        assert 6 * len(possible) < game.rules.n_actions
 
 
 def test_bad_views_are_refused() -> None:

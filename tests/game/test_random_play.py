@@ -1,4 +1,4 @@
-"""A few random episodes of every kind; ``python -m tests.random_play`` plays many.
+"""A few random episodes of every kind; ``python -m benchmarks.random_play`` plays many.
 
 Design page, section 9, items 6 and 8.
 """
@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from origami_lab.game.state import STATUS_NAMES
-from tests.random_play import KINDS, STATUSES, Configuration, play_and_check
+from benchmarks.random_play import KINDS, STATUSES, Configuration, play_and_check
+from origami_lab.game.kernels.state import STATUS_NAMES
 
 SYMMETRIES = [("square", s) for s in ("none", "y", "x", "xy", "xyd")] + [("crease", "none"), ("crease", "y")]
 

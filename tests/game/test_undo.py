@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from origami_lab.game.game import Game
-from origami_lab.game.play import copy_to
-from origami_lab.game.starts import Crease, Square, Start
-from origami_lab.game.state import States
-from origami_lab.game.undo import note_dtype, step_back, step_noted
+from origami_lab.game.kernels.play import copy_to
+from origami_lab.game.kernels.state import States
+from origami_lab.game.kernels.undo import note_dtype, step_back, step_noted
+from origami_lab.game.start_patterns import Crease, Square, Start
 
 GAMES: list[tuple[int, str, Start, float | None]] = [
     (9, "none", Square("choose"), None),
@@ -24,7 +24,7 @@ GAMES: list[tuple[int, str, Start, float | None]] = [
 
 def used_part(game: Game, states: States) -> bytes:
     """All that a copy keeps of a state: its used rows, and nothing else."""
-    out = np.zeros(1, dtype=game.dtype)
+    out = np.zeros(1, dtype=game.rules.dtype)
     copy_to(out, 0, states, 0)
     return out.tobytes()
 
@@ -33,7 +33,7 @@ def used_part(game: Game, states: States) -> bytes:
 def test_an_action_taken_back_leaves_no_trace(size: int, symmetry: str, start: Start, length: float | None) -> None:
     game = Game(size, symmetry, start, max_crease_length=length)
     rng = np.random.default_rng(7)
-    legal = np.empty(game.max_legal, dtype=np.int32)
+    legal = np.empty(game.rules.max_legal, dtype=np.int32)
     notes = np.empty(200, dtype=note_dtype(len(game.angles)))
     completed = 0
     for _ in range(60):
@@ -49,9 +49,9 @@ def test_an_action_taken_back_leaves_no_trace(size: int, symmetry: str, start: S
                     assert used_part(game, states) == expected
                 continue
             # terminating is seldom interesting
-            action = int(rng.choice(choices[choices != 3 * game.points] if len(choices) > 1 else choices))
+            action = int(rng.choice(choices[choices != 3 * game.rules.points] if len(choices) > 1 else choices))
             before.append(used_part(game, states))
-            _, complete = step_noted(states, 0, game.rules, action, notes, len(before) - 1, legal)
+            _, complete = step_noted(states, 0, game.rules.record, action, notes, len(before) - 1, legal)
             completed += complete
         while before:
             expected = before.pop()

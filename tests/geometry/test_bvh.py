@@ -18,7 +18,7 @@ from origami_lab.geometry.bvh import (
     nearest_triangle,
 )
 from origami_lab.geometry.distance import point_triangle_squared
-from origami_lab.objectives.targets import bowl, cube
+from origami_lab.targets.solids import bowl, cube
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from origami_lab.geometry.bvh import Bvh, build_bvh, distances
 from origami_lab.geometry.hausdorff import directed_distance, hausdorff_distance
 from origami_lab.geometry.sampling import sample_triangles
-from origami_lab.objectives.targets import Target, bowl, cube, pyramid
+from origami_lab.targets.solids import bowl, cube, pyramid
+from origami_lab.targets.target import Target
 
 Array = NDArray[np.float64]
 

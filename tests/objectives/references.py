@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from origami_lab.game.folded import FoldedSheet
+from origami_lab.game.folded_sheet import FoldedSheet
 
 Floats = NDArray[np.float64]
 AtAngle = Callable[[FoldedSheet, int], float]

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.game.game import Game
-from origami_lab.game.play import play_uniform
-from origami_lab.game.state import RUNNING, SINGLE, States
+from origami_lab.game.kernels.play import play_uniform
+from origami_lab.game.kernels.state import RUNNING, SINGLE, States
 
 
 def hand_made(
@@ -22,7 +22,7 @@ def hand_made(
     """A state of a game without symmetry: (V, 2) board points, (V, 3) or (K, V, 3) their folded places, triangles."""
     assert game.symmetry.order == 1
     points = np.broadcast_to(np.asarray(folded, dtype=float), (len(game.angles), len(flat), 3))
-    states = np.zeros(1, dtype=game.dtype)
+    states = np.zeros(1, dtype=game.rules.dtype)
     s = states[0]
     s["n_vertices"], s["n_triangles"], s["reach"] = len(flat), len(triangles), len(game.angles)
     s["phase"], s["n_extensions"] = 1, 1
@@ -55,10 +55,10 @@ def episodes(game: Game, seed: int, count: int) -> Iterator[States]:
     """States at the end of random episodes that have something to score; the array is reused."""
     rng = np.random.default_rng(seed)
     states = game.new_states(1)
-    legal = np.empty(game.max_legal, dtype=np.int32)
+    legal = np.empty(game.rules.max_legal, dtype=np.int32)
     while count:
         game.clear(states)
-        play_uniform(states, 0, game.rules, rng.random(1000), 0, 1000, legal)
+        play_uniform(states, 0, game.rules.record, rng.random(1000), 0, 1000, legal)
         if states["status"][0] != RUNNING and not game.is_penalised(states) and states["n_extensions"][0]:
             count -= 1
             yield states

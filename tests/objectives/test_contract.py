@@ -10,16 +10,16 @@ import pytest
 
 from origami_lab.errors import InputError
 from origami_lab.game.game import Game
-from origami_lab.game.starts import Crease, Square
-from origami_lab.game.state import SELECTION
-from origami_lab.objectives.base import NO_SCORE, Objective, report
+from origami_lab.game.kernels.state import SELECTION
+from origami_lab.game.start_patterns import Crease, Square
 from origami_lab.objectives.bucket import BucketObjective
 from origami_lab.objectives.chair import ChairObjective
+from origami_lab.objectives.objective import NO_SCORE, Objective, report
 from origami_lab.objectives.packaging import PackagingObjective
 from origami_lab.objectives.shape import ShapeObjective
 from origami_lab.objectives.shelf import ShelfObjective
 from origami_lab.objectives.table import TableObjective
-from origami_lab.objectives.targets import bowl
+from origami_lab.targets.solids import bowl
 from tests.objectives.references import farthest
 from tests.objectives.sheets import episodes
 
@@ -124,7 +124,7 @@ def test_a_bound_never_rises_and_is_never_below_what_a_continuation_reaches(
         states, memos, bounds = game.new_states(), evaluator.new_memos(1), []
         bounds.append(evaluator.bound(states, memos, 0))
         legal = game.legal(states)
-        terminate = 3 * game.points
+        terminate = 3 * game.rules.points
         while len(legal):
             others = legal[legal != terminate]
             action = int(rng.choice(others if len(others) and rng.random() < 0.8 else legal))

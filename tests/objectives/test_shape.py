@@ -13,15 +13,16 @@ from scipy.spatial import cKDTree
 
 from origami_lab.errors import InputError
 from origami_lab.game.game import Game
-from origami_lab.game.starts import Square
+from origami_lab.game.start_patterns import Square
 from origami_lab.geometry.groups import GROUPS
 from origami_lab.geometry.sampling import sample_triangles
-from origami_lab.objectives.base import Score, bind, report
-from origami_lab.objectives.coverage import folded_triangles_of
+from origami_lab.objectives.objective import Score, bind, report
 from origami_lab.objectives.shape import ShapeObjective
-from origami_lab.objectives.targets import Target, bowl, cube, pyramid
-from tests.known import cube as known_cube
-from tests.known import pyramid as known_pyramid
+from origami_lab.objectives.shape_kernels import folded_triangles_of
+from origami_lab.targets.solids import bowl, cube, pyramid
+from origami_lab.targets.target import Target
+from tests.known_designs.game_moves import cube as known_cube
+from tests.known_designs.game_moves import pyramid as known_pyramid
 
 PYRAMID = -3 * math.sin(math.acos(-1 / 3) - 1.884)
 # the lid's free edge at ρ = 1.57: x = 1 + 2 cos ρ + cos 2ρ beyond the middle, z − 2 above the target
@@ -78,7 +79,7 @@ def test_sampled_is_what_the_paper_computes(target: Target, symmetry: str) -> No
         distances = []
         for k, vertices in enumerate(sheet.points):
             # the sheet's triangles in the evaluator's order: which one a draw falls into depends on it
-            triangles = folded_triangles_of(states, 0, game.rules, sheet.first + k)
+            triangles = folded_triangles_of(states, 0, game.rules.record, sheet.first + k)
             assert len(triangles) == len(sheet.triangles)
             points = sample_triangles(triangles, 3000, np.random.default_rng(7))
             away = cKDTree(cloud).query(vertices)[0]

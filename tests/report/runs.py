@@ -9,9 +9,9 @@ from typing import Any
 
 import yaml
 
-from origami_lab.report.collect import Run, read_runs
-from origami_lab.report.grouping import Group, Groups, group_runs
-from origami_lab.reporting.tables import format_trials
+from origami_lab.report.run_groups import Group, Groups, group_runs
+from origami_lab.report.run_reader import Run, read_runs
+from origami_lab.runs.trial_row import TrialRow, format_trials
 
 BUDGET = 1000
 
@@ -49,17 +49,17 @@ def write_run(
         part[name] = value
     folder.mkdir(parents=True)
     (folder / "config.yaml").write_text(yaml.safe_dump(config), encoding="utf-8")
-    rows = [{"seed": seed, **row} for seed, row in by_seed.items()]
+    rows = [TrialRow.from_values({"seed": seed, **row}) for seed, row in by_seed.items()]
     (folder / "trials.csv").write_text(format_trials(rows), encoding="utf-8")
     summary = {"command": f"origami-lab {task} {method}", "seconds": 1.5, "versions": {"origami-lab": "0.1.0"}}
     (folder / "summary.json").write_text(json.dumps(summary), encoding="utf-8")
     for row in rows:
-        if str(row["status"]).startswith("failed"):
+        if row.has_failed:
             continue
-        place = folder / f"seed={row['seed']}"
+        place = folder / f"seed={row.seed}"
         place.mkdir()
-        (place / "result.json").write_text(json.dumps(row), encoding="utf-8")
-        steps = (curves or {}).get(int(row["seed"]), [(row["interactions_to_best"], row["return"])])
+        (place / "result.json").write_text(json.dumps(row.values()), encoding="utf-8")
+        steps = (curves or {}).get(row.seed, [(row.interactions_to_best or 0, row.return_ or 0.0)])
         lines = [f"{step},{value},90.0\n" for step, value in steps]
         (place / "curve.csv").write_text("interactions,return,driving_angle\n" + "".join(lines), encoding="utf-8")
     return folder

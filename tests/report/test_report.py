@@ -18,11 +18,11 @@ import pytest
 from PIL import Image
 
 from origami_lab.cli import main
-from origami_lab.reporting.scene import BACK, FRONT
-from origami_lab.reporting.tables import read_trials
-from tests.experiment.conftest import SMALL, run
+from origami_lab.drawing.scene import BACK, FRONT
+from origami_lab.runs.trial_row import read_trials
+from tests.drawing.test_viewer import in_chromium, visit
 from tests.report.runs import trial, write_run
-from tests.reporting.test_viewer import in_chromium, visit
+from tests.small_runs import SMALL, run
 
 TABLES = {f"{name}.{kind}" for name in ("returns", "interactions") for kind in ("md", "csv", "tex")}
 
@@ -79,7 +79,7 @@ def test_the_table_says_what_the_runs_say(results: Path) -> None:
     with (results / "report/returns.csv").open(newline="", encoding="utf-8") as file:
         lines = [line for line in csv.DictReader(file) if line["table"] == "returns"]
     for method in ("rdm", "dfts"):
-        values = [row["return"] for row in read_trials(results / "pyramid" / method / "trials.csv")]
+        values = [row.return_ for row in read_trials(results / "pyramid" / method / "trials.csv")]
         [line] = [line for line in lines if (line["row"], line["column"]) == (method, "pyramid")]
         assert float(line["mean"]) == pytest.approx(np.mean(values))
         assert float(line["std"]) == pytest.approx(np.std(values, ddof=1))

@@ -12,10 +12,10 @@ from typing import Any
 import pytest
 
 from origami_lab.errors import InputError
-from origami_lab.report.beside import COLUMNS, Known, read_beside
+from origami_lab.report.known_values import COLUMNS, Known, read_beside
+from origami_lab.report.table_formats import csv_text, latex, markdown, number, tex
 from origami_lab.report.tables import Table, interactions_table, return_tables
-from origami_lab.report.writing import csv_text, latex, markdown, number, tex
-from origami_lab.reporting.tables import Spread
+from origami_lab.runs.trial_row import Spread
 from tests.report.runs import failed, gather, labels, trial, write_run
 
 HALF = math.sqrt(0.5)  # the sample standard deviation of two numbers that are 1 apart

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from origami_lab.search.draws import Draws
 from origami_lab.search.problem import Actions, Positions, Problem
+from origami_lab.search.random_stream import Draws
 
 
 class ReferenceTreeSearch:

@@ -9,13 +9,13 @@ import pytest
 
 from origami_lab.errors import InputError
 from origami_lab.game.game import Game
-from origami_lab.game.starts import Square
+from origami_lab.game.start_patterns import Square
 from origami_lab.objectives.shape import ShapeObjective
 from origami_lab.objectives.shelf import ShelfObjective
-from origami_lab.objectives.targets import cube
 from origami_lab.search.mcts import MonteCarloTreeSearch, ReturnRange, Tree
-from origami_lab.search.mcts_tree import NODE, back_up, best_child, expand, plant
+from origami_lab.search.mcts_kernel import NODE, back_up, best_child, expand, plant
 from origami_lab.search.problem import Problem
+from origami_lab.targets.solids import cube
 
 
 def cube_problem(budget: int) -> Problem:

@@ -14,12 +14,12 @@ from origami_lab.cli import main
 from origami_lab.errors import InputError
 from origami_lab.game.game import Game
 from origami_lab.game.observation import view_of
-from origami_lab.game.starts import Square
+from origami_lab.game.start_patterns import Square
 from origami_lab.objectives.shape import ShapeObjective
-from origami_lab.objectives.targets import bowl, cube
-from origami_lab.search.episodes import Episodes
 from origami_lab.search.ppo import ProximalPolicyOptimization
 from origami_lab.search.problem import Problem
+from origami_lab.search.rl_episodes import Episodes
+from origami_lab.targets.solids import bowl, cube
 
 
 @pytest.fixture
@@ -113,7 +113,7 @@ def test_it_plays_with_either_observation_and_leaves_no_trace(torch: Any, observ
 
 @pytest.mark.usefixtures("torch")
 def test_the_learner_has_the_papers_numbers() -> None:
-    from origami_lab.search.ppo_training import isolated, learner
+    from origami_lab.search.ppo_learner import isolated, learner
 
     problem = cube_problem(1)
     settings = ProximalPolicyOptimization()

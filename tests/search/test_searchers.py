@@ -9,20 +9,20 @@ import numpy as np
 import pytest
 
 from origami_lab.errors import InputError
-from origami_lab.game.folded import FoldedSheet
+from origami_lab.game.folded_sheet import FoldedSheet
 from origami_lab.game.game import Game
-from origami_lab.game.starts import Square
-from origami_lab.objectives.base import Score, bind
+from origami_lab.game.start_patterns import Square
 from origami_lab.objectives.bucket import BucketObjective
+from origami_lab.objectives.objective import Score, bind
 from origami_lab.objectives.shape import ShapeObjective
-from origami_lab.objectives.targets import bowl, cube
-from origami_lab.search.certify import certified_reach
-from origami_lab.search.evo import EvolutionarySearch
+from origami_lab.search.branch_and_bound import BreadthFirstSearch, DepthFirstSearch, TreeSearch
+from origami_lab.search.dense_check import certified_reach
+from origami_lab.search.evolution import EvolutionarySearch
 from origami_lab.search.mcts import MonteCarloTreeSearch
 from origami_lab.search.ppo import ProximalPolicyOptimization
 from origami_lab.search.problem import Problem, Searcher
-from origami_lab.search.random import RandomSearch
-from origami_lab.search.tree import BreadthFirstSearch, DepthFirstSearch, TreeSearch
+from origami_lab.search.random_search import RandomSearch
+from origami_lab.targets.solids import bowl, cube
 
 SEARCHERS: dict[str, Callable[[], Searcher]] = {
     "rdm": RandomSearch,

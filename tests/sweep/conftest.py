@@ -15,12 +15,12 @@ import optuna
 import yaml
 from optuna.trial import FrozenTrial, TrialState
 
-from origami_lab.sweep.declaration import Declaration, read_declaration
-from origami_lab.sweep.jobs import SearchJob
-from origami_lab.sweep.places import Place
-from origami_lab.sweep.playing import Player
-from origami_lab.sweep.processes import Worker
+from origami_lab.sweep.play_trials import Player
 from origami_lab.sweep.storage import JournalFile, open_storage
+from origami_lab.sweep.studies import SearchJob
+from origami_lab.sweep.sweep_config import Declaration, read_declaration
+from origami_lab.sweep.trial_queue import Slot
+from origami_lab.sweep.worker_identity import Worker
 
 ROOT = Path(__file__).parents[2]
 
@@ -53,7 +53,7 @@ def write_file(folder: Path, **changes: Any) -> Path:
     return file
 
 
-def play_here(declaration: Declaration, stop_after: int = 10**9) -> list[Place]:
+def play_here(declaration: Declaration, stop_after: int = 10**9) -> list[Slot]:
     """Play the trials in this process, or so many seeds of them."""
     limit = seeds_in(declaration.folder) + stop_after
     job = SearchJob(declaration)
@@ -68,7 +68,7 @@ def seeds_in(folder: Path) -> int:
     return sum(json.loads(file.read_text())["status"] == "ok" for file in files)
 
 
-def values(places: list[Place]) -> list[tuple[str, Any, Any]]:
+def values(places: list[Slot]) -> list[tuple[str, Any, Any]]:
     """What each place found: its state, its parameters, and its value, to the last bit."""
     return [(p.state, p.trial.params, p.trial.value) for p in places if p.trial is not None]
 

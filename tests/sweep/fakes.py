@@ -8,7 +8,7 @@ import time
 import numpy as np
 
 from origami_lab.search.problem import Problem
-from origami_lab.search.random import RandomSearch
+from origami_lab.search.random_search import RandomSearch
 
 
 class Napper(RandomSearch):

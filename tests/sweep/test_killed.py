@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 from optuna.trial import FrozenTrial, TrialState
 
-from origami_lab.experiment.stores import open_client
-from origami_lab.sweep.jobs import best_place
 from origami_lab.sweep.storage import open_storage
+from origami_lab.sweep.studies import best_place
+from origami_lab.tracking.store import open_client
 from tests.sweep.conftest import (
     ROOT,
     declare,

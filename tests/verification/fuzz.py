@@ -19,9 +19,9 @@ from pathlib import Path
 from typing import Any
 
 from origami_lab.cli import main
-from origami_lab.export.fold import to_fold
-from tests import designs
-from tests.verification.patterns import foreign, known_chair, known_design, miura_sheet
+from origami_lab.fold_format.writer import to_fold
+from tests.known_designs import closed_forms as designs
+from tests.known_designs.fold_documents import foreign, known_chair, known_design, miura_sheet
 
 PAPER = Path(__file__).parents[2] / "results/paper/designs"
 SECONDS = 120

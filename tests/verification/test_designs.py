@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 import origami_lab
-from origami_lab.export.fold import write_fold
+from origami_lab.fold_format.writer import write_fold
 from origami_lab.game.game import Game
-from origami_lab.game.starts import Crease, Square
-from origami_lab.search.certify import certified_reach
-from origami_lab.verification.document import document_of
+from origami_lab.game.start_patterns import Crease, Square
+from origami_lab.search.dense_check import certified_reach
+from origami_lab.verification.continuation import Motion
+from origami_lab.verification.flat_sheet import build_sheet
+from origami_lab.verification.fold_document import document_of
 from origami_lab.verification.linkage import Linkage
-from origami_lab.verification.motion import Motion
-from origami_lab.verification.sheet import build_sheet
-from tests import designs
-from tests.verification.patterns import known_chair, known_design, strip
+from tests.known_designs import closed_forms as designs
+from tests.known_designs.fold_documents import known_chair, known_design, strip
 
 
 @pytest.mark.parametrize(("name", "creases", "sources"), [("pyramid", 16, 4), ("cube", 30, 6)])

@@ -11,8 +11,8 @@ import pytest
 
 import origami_lab
 from origami_lab.verification.certificate import Certificate
-from tests import designs
-from tests.verification.patterns import foreign, known_design, miura_sheet, strip, write
+from tests.known_designs import closed_forms as designs
+from tests.known_designs.fold_documents import foreign, known_design, miura_sheet, strip, write
 
 
 def verified(tmp_path: Path, fold: dict[str, Any]) -> Certificate:

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 import origami_lab
+from origami_lab.game.crease_pattern import CreasePattern
 from origami_lab.game.game import Game
 from origami_lab.game.moves import Extend, Move, Place, Source, Terminate
-from origami_lab.game.pattern import CreasePattern
-from origami_lab.game.starts import Square
+from origami_lab.game.start_patterns import Square
 from origami_lab.geometry.triangles import triangles_cross
 from origami_lab.verification.certificate import Certificate
-from tests import designs
-from tests.verification.patterns import changed, foreign, known_design, strip, write
+from tests.known_designs import closed_forms as designs
+from tests.known_designs.fold_documents import changed, foreign, known_design, strip, write
 
 CREASES = [e for e, outer in enumerate(known_design("pyramid").boundary) if not outer]
 HAT = ((3.0, 1.0, 1.0, 1.0, 3.0), (1, -1, -1, 1))

@@ -1,0 +1,302 @@
+"""Random play, with every invariant of the sheet and its motion checked after each episode.
+
+    python -m benchmarks.random_play --episodes 10000
+
+plays each symmetry group and start pattern on several boards, counts how often each kind of move occurred
+and prints a table. Plain random play makes small patterns; the *growing* driver avoids the end of the
+episode and takes back extensions that cannot fold, so that patterns grow large. The checks themselves are
+in :mod:`tests.sheet_checks`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from origami_lab.game.game import Game
+from origami_lab.game.kernels.boundary import is_own_image
+from origami_lab.game.kernels.play import Actions, play_action, settle
+from origami_lab.game.kernels.state import (
+    NOT_FOLDABLE,
+    RUNNING,
+    SELECTION,
+    STUCK,
+    THIRD,
+    Record,
+    States,
+    board_points,
+    code_x,
+    code_y,
+    copy_state,
+    point_x,
+    point_y,
+)
+from origami_lab.game.start_patterns import Crease, Square
+from origami_lab.jit import kernel
+from tests.sheet_checks import check_sheets
+
+KINDS = (
+    "extension",
+    "merge prev",
+    "merge next",
+    "merge both",
+    "merge axis leaf",  # into a neighbour that lies on an axis
+    "on segment",  # an outer child on the boundary segment
+    "on seam",  # the same, on the segment between a leaf and its image
+    "child on start",  # a new outer child on the start axis, where the image merges
+    "child on end",
+    "leaf on start",  # an extended leaf on the start axis (of xyd: a diagonal)
+    "leaf on end",
+    "source start",
+    "source end",
+    "mode -",
+    "mode +",
+    "taken back",  # by the growing driver
+)
+STATUSES = ("running", "terminated", "stuck", "not foldable", "full", "stuck inside")
+
+
+@kernel
+def classify(s: Record, r: Record, counts: NDArray[np.int64]) -> None:
+    """Count what kind of extension the selected leaf, its outer children chosen, is about to have."""
+    v = s.selected
+    counts[0] += 1
+    counts[13 if s.mode < 0 else 14] += 1
+    x, y = s.xy[v, 0], s.xy[v, 1]
+    merges = np.zeros(2, np.bool_)
+    for side in range(2):
+        code = s.prev[v] if side == 0 else s.next[v]
+        qx, qy = (s.first_x, s.first_y) if side == 0 else (s.second_x, s.second_y)
+        nx, ny = code_x(s, r, code), code_y(s, r, code)
+        own = s.axis[v] == 0 and is_own_image(s, r, v, code)
+        if qx == nx and qy == ny:
+            merges[side] = True
+            if s.axis[v] == 0 and s.axis[code >> 3] != 0:
+                counts[4] += 1
+        elif (nx - x) * (qy - y) == (ny - y) * (qx - x):
+            counts[6 if own else 5] += 1
+        if own:
+            for i in range(r.n_axes):
+                if r.normals[i, 0] * qx + r.normals[i, 1] * qy == 0:
+                    counts[7 + side] += 1
+    if merges[0] and merges[1]:
+        counts[3] += 1
+    elif merges[0]:
+        counts[1] += 1
+    elif merges[1]:
+        counts[2] += 1
+    if s.axis[v] != 0:
+        counts[9 if v == s.head else 10] += 1
+
+
+@kernel
+def play_counted(
+    states: States,
+    i: int,
+    spare: States,
+    rules: States,
+    draws: NDArray[np.float64],
+    retries: int,
+    legal: Actions,
+    counts: NDArray[np.int64],
+    middles: NDArray[np.int64],
+) -> int:
+    """Play state i to its end with uniform actions; returns the number of extensions.
+
+    With ``retries`` > 0 the end of the episode is avoided and an extension that cannot be completed is taken
+    back, until there were that many or the draws are used up. ``middles`` (n, 5) receives leaf x, y, middle
+    child x, y and mode of each extension.
+    """
+    s, r = states[i], rules[0]
+    terminate = 3 * board_points(r)
+    done = taken_back = 0
+    before = np.zeros_like(counts)
+    for draw in draws:
+        n = settle(s, r, legal)
+        failed = s.status == NOT_FOLDABLE or (s.status == STUCK and s.phase != SELECTION)
+        if failed and taken_back < retries:
+            taken_back += 1
+            copy_state(s, spare[0])
+            counts[:] = before
+            counts[15] += 1
+            n = settle(s, r, legal)
+        if n == 0:
+            break
+        action = legal[int(draw * n)]
+        if retries > 0 and action == terminate and n > 1:
+            action = legal[0]
+        if s.phase == SELECTION:
+            copy_state(spare[0], s)
+            before[:] = counts
+            if action > terminate and action < terminate + 5:
+                counts[11 if action < terminate + 3 else 12] += 1
+        elif s.phase == THIRD:
+            v = s.selected
+            middles[done, 0], middles[done, 1] = s.xy[v, 0], s.xy[v, 1]
+            at = action - 2 * board_points(r)
+            middles[done, 2], middles[done, 3], middles[done, 4] = point_x(r, at), point_y(r, at), s.mode
+            classify(s, r, counts)
+        extensions = s.n_extensions
+        play_action(s, r, action)
+        done += s.n_extensions - extensions
+        if s.status == NOT_FOLDABLE:
+            counts[:] = before
+    settle(s, r, legal)
+    return done
+
+
+@kernel
+def replay_flipped(states: States, i: int, source: States, j: int, rules: States, legal: Actions) -> int:
+    """Replay with all modes and signs flipped; returns how many actions were legal before one was not."""
+    s, t, r = states[i], source[j], rules[0]
+    n = board_points(r)
+    for k in range(t.n_actions):
+        action = t.actions[k]
+        if action < n:
+            action += n
+        elif action < 2 * n:
+            action -= n
+        elif action > 3 * n:
+            action = 3 * n + 1 + ((action - 3 * n - 1) ^ 1)
+        count = settle(s, r, legal)
+        found = False
+        for m in range(count):
+            found = found or legal[m] == action
+        if not found:
+            return k
+        play_action(s, r, action)
+    settle(s, r, legal)
+    return t.n_actions
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """One way to play."""
+
+    symmetry: str
+    start: str
+    board: int
+    length: float | None
+    growing: bool = False
+
+    def game(self, capacity: int | None = None) -> Game:
+        start = Square("choose") if self.start == "square" else Crease("choose")
+        return Game(self.board, self.symmetry, start, max_crease_length=self.length, capacity=capacity)
+
+    def __str__(self) -> str:
+        length = "∞" if self.length is None else f"{self.length:g}"
+        return f"{self.symmetry:>4} {self.start} {self.board:>2} {length:>3}{' grow' if self.growing else ''}"
+
+
+def configurations(growing: bool) -> Iterator[Configuration]:
+    """Each symmetry group × start pattern × board × maximum crease length."""
+    for start, symmetries in (("square", ("none", "y", "x", "xy", "xyd")), ("crease", ("none", "y"))):
+        for symmetry in symmetries:
+            for board in (9, 13, 25):
+                for length in (None, 2.9):
+                    yield Configuration(symmetry, start, board, length, growing)
+
+
+def _flipped_differs(game: Game, states: States, flipped: States, i: int, legal: Actions) -> str:
+    """What is wrong with the mirror image in z, played by flipping all modes and signs."""
+    game.clear(flipped, i)
+    s, t = states[i], flipped[i]
+    played = replay_flipped(flipped, i, states, i, game.rules.record, legal)
+    if played < s["n_actions"]:
+        return f"flipped action {played} is not legal"
+    n, reach = int(s["n_vertices"]), int(s["reach"])
+    if any(s[field] != t[field] for field in ("n_vertices", "reach", "status", "n_triangles")):
+        return "the flipped episode ends in another state"
+    if not np.array_equal(s["position"][:n, :reach] * [1, 1, -1], t["position"][:n, :reach]):
+        return "flipped positions are not the mirror image in z"
+    return ""
+
+
+@dataclass
+class Tally:
+    """Counts of one configuration."""
+
+    counts: NDArray[np.int64]
+    statuses: NDArray[np.int64]
+    largest: int
+    error: float
+    """Largest deviation of a panel from its flat self, relative to its size, or of a vertex from closure."""
+    violations: list[str]
+
+
+def play_and_check(configuration: Configuration, episodes: int, seed: int = 0, capacity: int | None = None) -> Tally:
+    """Play episodes of one configuration and check every invariant after each."""
+    growing = configuration.growing
+    game = configuration.game(capacity or (96 if growing else 48))
+    rng = np.random.default_rng([seed, episodes])
+    batch = 8 if growing else 100
+    states, flipped, spare = game.new_states(batch), game.new_states(batch), game.new_states(1)
+    legal = np.empty(game.rules.max_legal, dtype=np.int32)
+    middles = np.zeros((batch, game.rules.capacity, 5), dtype=np.int64)
+    counts = np.zeros(len(KINDS), dtype=np.int64)
+    tally = Tally(counts, np.zeros(len(STATUSES), dtype=np.int64), 0, 0.0, [])
+    for first in range(0, episodes, batch):
+        n = min(batch, episodes - first)
+        extensions = np.zeros(n, dtype=np.int64)
+        for i in range(n):
+            game.clear(states, i)
+            draws = rng.random(1200 if growing else 400)
+            extensions[i] = play_counted(
+                states, i, spare, game.rules.record, draws, 60 if growing else 0, legal, counts, middles[i]
+            )
+            status, inside = int(states[i]["status"]), int(states[i]["phase"]) != SELECTION
+            tally.statuses[5 if status == STUCK and inside else status] += 1
+            if status == RUNNING and not growing:
+                tally.violations.append(f"{configuration} episode {first + i}: never ended")
+            problem = _flipped_differs(game, states, flipped, i, legal)
+            if problem:
+                tally.violations.append(f"{configuration} episode {first + i}: {problem}")
+        report = check_sheets(game, states[:n], middles[:n], extensions)
+        tally.largest = max(tally.largest, report.largest)
+        tally.error = max(tally.error, report.error)
+        for i, problem in report.violations:
+            actions = game.finished_actions(states, i)
+            tally.violations.append(f"{configuration} episode {first + i}: {problem}\n  actions {actions}")
+    return tally
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Print the table of counts; the exit code says whether anything was violated."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("--episodes", type=int, default=1000, help="for each configuration")
+    parser.add_argument("--growing", type=int, default=100, help="growing episodes for each configuration")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", default="", help="only configurations whose name holds this")
+    options = parser.parse_args(arguments)
+    out = sys.stdout
+    names = (*KINDS, *STATUSES, "largest", "error", "s")
+    out.write("configuration\t" + "\t".join(names) + "\n")
+    violations: list[str] = []
+    for growing, episodes in ((False, options.episodes), (True, options.growing)):
+        for configuration in configurations(growing):
+            if episodes == 0 or options.only not in str(configuration):
+                continue
+            started = time.perf_counter()
+            tally = play_and_check(configuration, episodes, options.seed)
+            seconds = time.perf_counter() - started
+            numbers = (*tally.counts, *tally.statuses, tally.largest, f"{tally.error:.1e}", f"{seconds:.1f}")
+            out.write(f"{configuration}\t" + "\t".join(str(value) for value in numbers) + "\n")
+            out.flush()
+            violations += tally.violations
+    for violation in violations[:20]:
+        out.write(violation + "\n")
+    for what, count in Counter(v.split("\n")[0].split(": ")[1] for v in violations).most_common():
+        out.write(f"{count} × {what}\n")
+    out.write(f"{len(violations)} violations\n")
+    return int(bool(violations))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

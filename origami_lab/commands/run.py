@@ -1,0 +1,141 @@
+"""The command without a word: a Hydra application that runs one experiment or, with ``-m``, several."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
+
+from origami_lab.errors import EXIT_INTERRUPTED, InputError
+from origami_lab.experiment.api import run_one
+
+if TYPE_CHECKING:
+    from omegaconf import DictConfig
+
+RERUN_SETTINGS = (
+    "hydra.run.dir=.",
+    "hydra.output_subdir=null",
+    "hydra.job.name=origami-lab",
+    "hydra/job_logging=none",
+    "hydra/hydra_logging=none",
+    "+hydra.callbacks.check_jobs._target_=origami_lab.multirun.CheckJobs",
+)
+"""What conf/config.yaml says of Hydra, for a run's own config.yaml, which says nothing of it."""
+
+
+def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
+    """Compose the configuration and run one experiment, or several with ``-m``; returns the exit code."""
+    import hydra
+
+    from origami_lab.config.compose import hydra_words, known_keys, working_directory_importable
+    from origami_lab.config.hydra_errors import explain, find_culprit
+    from origami_lab.config.option_files import CONFIG_NAME, config_dir
+    from origami_lab.multirun.check_jobs import RefusedJobs
+    from origami_lab.multirun.folder_of_command import SWEEP_DIR, multirun_folder
+    from origami_lab.multirun.launchers import has_local_jobs, launcher_settings
+    from origami_lab.multirun.run_jobs import Multirun
+
+    several = _check_flags(flags)
+    codes: list[int] = []
+    raised: list[Exception] = []
+    application = os.getpid()
+    multirun: Multirun | None = None
+
+    def task(config: DictConfig) -> float | None:
+        if multirun is not None and os.getpid() != application:
+            return multirun.run_launched(config)  # where only exceptions come through
+        try:
+            code, mean = run_one(config, (*overrides, *flags)) if multirun is None else multirun.run_job(config)
+        except Exception as error:
+            # kept from Hydra, which would print its own lines about it
+            raised.append(error)
+            return None
+        if code == EXIT_INTERRUPTED and several:
+            raise KeyboardInterrupt  # or Hydra would start the next job
+        codes.append(code)
+        return mean
+
+    words = hydra_words(overrides)
+    ours: list[str] = []
+    if any(flag.startswith(("--config-path", "-cp")) for flag in flags):
+        ours += RERUN_SETTINGS
+    with ExitStack() as stack:
+        try:
+            if several:
+                folder = stack.enter_context(multirun_folder(words))
+                multirun = stack.enter_context(Multirun(folder, Path.cwd(), (*flags, *overrides)))
+                if has_local_jobs(words):
+                    stack.enter_context(multirun.listening())
+                words = [word for word in words if not word.startswith(f"{SWEEP_DIR}=")]
+                ours.append(multirun.sweep_dir)
+            ours += launcher_settings(words)
+            stack.enter_context(_as_hydra_sees_it([*ours, *words, *flags]))
+            stack.enter_context(working_directory_importable())
+            hydra.main(config_path=str(config_dir()), config_name=CONFIG_NAME, version_base="1.3")(task)()
+        except RefusedJobs as refused:
+            raise explain(refused.error, overrides, known_keys) or refused.error from None
+        except Exception as error:
+            if multirun is not None and multirun.started:  # a launcher's trouble, or a job's
+                raise
+            raise explain(error, overrides, known_keys) or find_culprit(words) or error from None
+    if raised:
+        raise raised[0]
+    if multirun is not None:  # of all its jobs, also those that ran in other processes or in an earlier command
+        codes.append(multirun.exit_code)
+    return max(codes, default=0)
+
+
+def rerun(word: str, overrides: Sequence[str], flags: Sequence[str]) -> int:
+    """Run a finished run's configuration again, from `origami-lab DIR/config.yaml`."""
+    from origami_lab.config.compose import known_keys
+    from origami_lab.config.option_files import check_file
+
+    file = Path(word)
+    check_file(file, known_keys())
+    values = []
+    for override in overrides:
+        key, _, value = override.partition("=")
+        if key == "tracking":  # the one group that says nothing of the experiment itself
+            values.append(f"tracking.kind={value}")
+        elif key in ("target", "objective", "board", "symmetry", "start", "search", "experiment"):
+            expected = f"a finished configuration takes values like {key}.KEY=...; start anew for another {key}"
+            raise InputError(key, value, expected)
+        else:
+            values.append(override)
+    place = ["--config-path", str(file.resolve().parent), "--config-name", file.stem]
+    return run(values, [*place, *flags])
+
+
+@contextmanager
+def _as_hydra_sees_it(command: list[str]) -> Iterator[None]:
+    """The command in sys.argv, and errors raised instead of printed."""
+    before = sys.argv, os.environ.get("HYDRA_FULL_ERROR")
+    sys.argv = ["origami-lab", *command]
+    os.environ["HYDRA_FULL_ERROR"] = "1"  # raise, and we say it in one line
+    try:
+        yield
+    finally:
+        sys.argv = before[0]
+        if before[1] is None:
+            del os.environ["HYDRA_FULL_ERROR"]
+        else:
+            os.environ["HYDRA_FULL_ERROR"] = before[1]
+
+
+def _check_flags(flags: Sequence[str]) -> bool:
+    """Hydra's flags are argparse's, which says what is wrong in a page; whether they make a multirun start."""
+    from hydra._internal.utils import get_args_parser
+
+    def refuse(message: str) -> NoReturn:
+        raise InputError("flag", " ".join(flags), f"{message}; see --hydra-help")
+
+    parser = get_args_parser()
+    parser.error = refuse  # type: ignore[method-assign]
+    known = parser.parse_args(list(flags))
+    if known.resolve and not (known.cfg or known.help):
+        raise InputError("flag", "--resolve", "must come with --cfg job")
+    shows = (known.cfg, known.info, known.help, known.hydra_help, known.shell_completion)
+    return bool(known.multirun) and not any(shows)

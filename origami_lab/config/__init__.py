@@ -1,0 +1,5 @@
+"""The configuration: composed by Hydra, checked, and turned into objects."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

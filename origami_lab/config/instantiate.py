@@ -1,0 +1,211 @@
+"""The one place where configuration becomes objects: game, target, objective and searcher."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from hydra.errors import InstantiationException
+from hydra.utils import instantiate
+
+from origami_lab.config.dotted_path import describe, locate
+from origami_lab.config.node import Node
+from origami_lab.config.settings import Settings
+from origami_lab.errors import InputError
+from origami_lab.targets.target import Target
+
+if TYPE_CHECKING:
+    from origami_lab.game.game import Game
+    from origami_lab.search.problem import Searcher
+    from origami_lab.targets.target import Target
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What a trial is made of. Fresh for each trial, so that no trial can depend on another."""
+
+    game: Game
+    target: Target | None
+    objective: Any
+    searcher: Searcher
+
+    def start_to_keep(self, settings: Settings) -> Node | None:
+        """The start pattern as a run folder keeps it; None where placing it is an action of the game."""
+        from origami_lab.game.start_from_moves import saved_start
+
+        return saved_start(settings.start, self.game) if self.game.start_moves else None
+
+
+def build_parts(settings: Settings) -> Parts:
+    """Build and so check everything that the settings name.
+
+    Raises
+    ------
+    InputError
+        If a class cannot be imported, does not take the arguments, refuses their values, or is not what its place
+        wants; whatever is raised on the way is said in one line with its file and line.
+    """
+    from origami_lab.game.game import Game  # here: it compiles or loads kernels
+
+    start = _make("start", settings.start)
+    game = Game(start=start, **_without_none(settings.game, "capacity"))
+    target = None
+    if settings.target is not None:
+        target = _make("target", settings.target)
+        check_target(settings.target["_target_"], target)
+    extra = {} if target is None or not _wants_target(settings) else {"target": target}
+    objective = _make("objective", settings.objective, **extra)
+    check_objective(settings.objective["_target_"], objective)
+    searcher = _make("search", settings.search)
+    check_searcher(settings.search["_target_"], searcher)
+    _let_refuse(settings.search["_target_"], searcher, game)
+    return Parts(game, target, objective, searcher)
+
+
+def _let_refuse(name: str, searcher: Any, game: Game) -> None:
+    """Let a searcher that can tell refuse the game now, instead of each trial later."""
+    if getattr(searcher, "check_game", None) is None:
+        return
+    try:
+        searcher.check_game(game)
+    except InputError:
+        raise
+    except Exception as error:
+        raise InputError("search", name, f"check_game raised {describe(error)}") from error
+
+
+def _wants_target(settings: Settings) -> bool:
+    return "target" in settings.config["objective"]
+
+
+def _without_none(arguments: Node, *names: str) -> dict[str, Any]:
+    """Leave out arguments whose None means "the callee's own default"."""
+    return {key: value for key, value in arguments.items() if value is not None or key not in names}
+
+
+def _make(field: str, node: Node, **extra: Any) -> Any:
+    """Call the node's ``_target_``; ``extra`` arguments are passed on untouched."""
+    for name in _targets(node):
+        locate(field, name)  # says it better than Hydra
+    name = node["_target_"]
+    try:
+        # _partial_, because Hydra turns dataclasses among the arguments of a call into configurations
+        return instantiate(dict(node), _partial_=True, _convert_="all")(**extra)
+    except InputError:
+        raise
+    except InstantiationException as error:  # of an argument that is a part itself, or Hydra refuses the target
+        cause: BaseException = error
+        while cause.__cause__ is not None:
+            cause = cause.__cause__
+        if isinstance(cause, InputError):
+            raise cause from error
+        raise InputError(field, name, f"cannot be made: {describe(cause)}") from error
+    except Exception as error:
+        if isinstance(error, TypeError) and (refused := _refused_arguments(name, field, node, extra)):
+            raise InputError(field, name, f"does not take these arguments: {refused}") from error
+        raise InputError(field, name, f"raised {describe(error)}") from error
+
+
+def _targets(node: Any) -> Iterator[str]:
+    """All that is to be located: the node's own ``_target_`` first, then those of its arguments."""
+    if isinstance(node, Mapping):
+        if isinstance(node.get("_target_"), str):
+            yield node["_target_"]
+        for value in node.values():
+            yield from _targets(value)
+    elif isinstance(node, list | tuple):
+        for value in node:
+            yield from _targets(value)
+
+
+def _refused_arguments(name: str, field: str, node: Node, extra: Node) -> str | None:
+    """Why the signature does not fit the arguments; None if it does, or has none."""
+    keys = [key for key in node if key not in ("_target_", "_args_", "_convert_", "_partial_", "_recursive_")]
+    try:
+        inspect.signature(locate(field, name)).bind(*node.get("_args_", ()), **dict.fromkeys([*keys, *extra]))
+    except TypeError as error:
+        return str(error)
+    except ValueError:
+        return None
+    return None
+
+
+def check_target(name: str, target: Any) -> None:
+    """Raise InputError unless it is a target whose arrays describe a surface."""
+    if not isinstance(target, Target):
+        raise InputError("target", name, f"returned {_kind(target)}; must return a Target (origami_lab.targets.target)")
+    vertices, faces = target.vertices, target.faces
+    if vertices.ndim != 2 or vertices.shape[1] != 3 or not np.isfinite(vertices).all():
+        raise InputError("target", name, f"vertices are {_shape(vertices)}; must be finite numbers of shape (V, 3)")
+    if faces.ndim != 2 or faces.shape[1] != 3 or not len(faces):
+        raise InputError("target", name, f"faces are {_shape(faces)}; must have the shape (F, 3), F at least 1")
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        expected = f"faces name vertices {faces.min()} to {faces.max()}; must be from 0 to {len(vertices) - 1}"
+        raise InputError("target", name, expected)
+
+
+def check_objective(name: str, objective: Any) -> None:
+    """Raise InputError unless it can score sheets, or bind itself to a game (origami_lab.objectives.objective)."""
+    has = {method for method in ("bind", "report", "score") if callable(getattr(objective, method, None))}
+    binds = {"bind", "report"} <= has
+    if not binds and "score" not in has:
+        if "bind" in has:
+            raise InputError("objective", name, "has bind(game); must have report(game, actions, angle), too")
+        raise InputError("objective", name, f"must make an object with a method score(sheet){_got(objective)}")
+    _refuse_class("objective", name, objective)
+    if binds:
+        _check_call("objective", name, objective, "bind", ("game",))
+    else:
+        _check_call("objective", name, objective, "score", ("sheet",))
+        if getattr(objective, "bound", None) is not None:
+            _check_call("objective", name, objective, "bound", ("sheet",))
+    if "report" in has:
+        _check_call("objective", name, objective, "report", ("game", "actions", "angle"))
+    for method in ("up", "front"):
+        if getattr(objective, method, None) is not None:
+            _check_call("objective", name, objective, method, ("design",))
+
+
+def check_searcher(name: str, searcher: Any) -> None:
+    """Raise InputError unless it has ``search(problem, rng)``; ``check_game(game)`` may be left out."""
+    if not callable(getattr(searcher, "search", None)):
+        raise InputError("search", name, f"must make an object with a method search(problem, rng){_got(searcher)}")
+    _refuse_class("search", name, searcher)
+    _check_call("search", name, searcher, "search", ("problem", "rng"))
+    if getattr(searcher, "check_game", None) is not None:
+        _check_call("search", name, searcher, "check_game", ("game",))
+
+
+def _check_call(field: str, name: str, part: Any, method: str, arguments: tuple[str, ...]) -> None:
+    """Refuse a method that cannot be called with these arguments, in this order."""
+    function = getattr(part, method)
+    wanted = f"must be def {method}({', '.join(('self', *arguments))})"
+    if not callable(function):
+        raise InputError(field, name, f"{method} is {_kind(function)}; {wanted}")
+    try:
+        inspect.signature(function).bind(*arguments)
+    except TypeError as error:
+        raise InputError(field, name, f"{method} {wanted} ({error})") from error
+    except ValueError as error:  # compiled functions have no signature; a method without self has a wrong one
+        if inspect.ismethod(function):
+            raise InputError(field, name, f"{method} {wanted} ({error})") from error
+
+
+def _refuse_class(field: str, name: str, part: Any) -> None:
+    if isinstance(part, type):
+        raise InputError(field, name, f"returned the class {part.__name__}; must return an object of it")
+
+
+def _kind(value: Any) -> str:
+    return "None" if value is None else f"a {type(value).__name__}"
+
+
+def _got(value: Any) -> str:
+    return ", made None" if value is None else f", made a {type(value).__name__} without one"
+
+
+def _shape(array: np.ndarray[Any, Any]) -> str:
+    return f"of shape {array.shape}"

@@ -1,0 +1,93 @@
+"""Names of version 0.1.0: runs on disk, and parts of the user's own, may still bear them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+_PUBLIC = {
+    "objectives.targets": ("targets", "bowl cube pyramid mesh"),
+    "objectives.face": ("targets", "face"),
+    "objectives.shape": ("objectives", "ShapeObjective"),
+    "objectives.bucket": ("objectives", "BucketObjective"),
+    "objectives.chair": ("objectives", "ChairObjective"),
+    "objectives.packaging": ("objectives", "PackagingObjective"),
+    "objectives.shelf": ("objectives", "ShelfObjective"),
+    "objectives.table": ("objectives", "TableObjective"),
+    "game.starts": ("game", "Square Crease"),
+    "game.seeding": ("game", "FromFile FromMoves"),
+    "search.tree": ("search", "BreadthFirstSearch DepthFirstSearch"),
+    "search.random": ("search", "RandomSearch"),
+    "search.evo": ("search", "EvolutionarySearch"),
+    "search.mcts": ("search", "MonteCarloTreeSearch"),
+    "search.ppo": ("search", "ProximalPolicyOptimization"),
+    "experiment.multirun": ("multirun", "CheckJobs"),
+}
+"""Module of version 0.1.0 → package, and those of its names that a ``_target_`` could bear."""
+
+OLD_TARGETS = {
+    f"origami_lab.{module}.{name}": f"origami_lab.{package}.{name}"
+    for module, (package, names) in _PUBLIC.items()
+    for name in names.split()
+}
+"""Dotted path in files of version 0.1.0 → public name."""
+
+_MODULES = {
+    "objectives.base": "objectives",
+    "objectives.abstract": "objectives",
+    "objectives.mesh_file": "targets",
+    "objectives.mesh_reading": "targets",
+    "objectives.coverage": "objectives",
+    "game.folded": "game",
+    "game.pattern": "game",
+    "game.pattern_file": "game",
+    "search.draws": "search",
+    "search.episodes": "search",
+    "export.fold": "fold_format",
+    "export.foldfile": "fold_format",
+    "export.motion": "fold_format",
+    "export.polygons": "fold_format",
+    "export.reading": "fold_format",
+    "export.mesh": "export",
+    "export.cut": "export",
+    "reporting": "drawing",
+    "reporting.exporting": "export",
+    "reporting.tables": "runs",
+    "verification.checking": "verification",
+    "report.build": "report",
+    "experiment.build": "config",
+    "experiment.composing": "config",
+    "experiment.folder": "runs",
+    "experiment.result": "runs",
+    "experiment.seeds": "config",
+    "experiment.settings": "config",
+}
+"""Modules of version 0.1.0 whose names were imported by parts and scripts, and the package that has them now."""
+
+
+def public_target(path: str) -> str:
+    """The public name of a ``_target_``; a path that is no old one of ours stays as it is."""
+    return OLD_TARGETS.get(path, path)
+
+
+def with_public_targets(value: Any) -> Any:
+    """A configuration with public names for all ``_target_`` in it, at any depth."""
+    if isinstance(value, Mapping):
+        return {
+            key: public_target(item) if key == "_target_" and isinstance(item, str) else with_public_targets(item)
+            for key, item in value.items()
+        }
+    return [with_public_targets(item) for item in value] if isinstance(value, list) else value
+
+
+def new_home(module: str) -> str | None:
+    """The package that now exports what a module of version 0.1.0 held; None for any other module."""
+    root, _, rest = module.partition(".")
+    if root != "origami_lab":
+        return None
+    while rest:
+        package = _MODULES.get(rest) or (_PUBLIC[rest][0] if rest in _PUBLIC else None)
+        if package is not None:
+            return f"origami_lab.{package}"
+        rest = rest.rpartition(".")[0]
+    return None

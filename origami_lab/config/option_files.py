@@ -1,0 +1,80 @@
+"""origami_lab/config/option_files.py."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+import yaml  # type: ignore[import-untyped]
+
+from origami_lab.about import PACKAGE
+from origami_lab.errors import InputError
+from origami_lab.text import first_line, nearest, shorten
+
+CONFIG_NAME = "config"
+
+
+def config_dir() -> Path:
+    """The folder with config.yaml and the groups.
+
+    The checkout's top-level ``conf/`` next to the package if it is there (also for an editable install), else
+    the copy inside the installed package.
+
+    Raises
+    ------
+    FileNotFoundError
+        If neither is there.
+    """
+    for place in (PACKAGE.parent / "conf", PACKAGE / "conf"):
+        # the second file: a folder conf/ beside an installed package may be somebody else's
+        if (place / f"{CONFIG_NAME}.yaml").is_file() and (place / "hydra/help/origami_lab.yaml").is_file():
+            return place
+    raise FileNotFoundError(f"no configuration files beside or in {PACKAGE}")
+
+
+def groups() -> dict[str, Path]:
+    """The groups of the configuration and their folders."""
+    return {folder.name: folder for folder in sorted(config_dir().iterdir()) if folder.is_dir()}
+
+
+def check_file(file: Path, known_keys: Iterable[str]) -> None:
+    """Check that a file is a whole configuration, as a run writes it; raises InputError with file and line."""
+    if not file.exists():
+        raise InputError("configuration", file, "there is no such file")
+    if not file.is_file():
+        raise InputError("configuration", file, "must be a file")
+    try:
+        text = file.read_text(encoding="utf-8")
+        content = yaml.safe_load(text)
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError("configuration", file, f"cannot be read ({first_line(str(error))})") from error
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        mark = getattr(error, "problem_mark", None)
+        place, problem = "" if mark is None else f":{mark.line + 1}", getattr(error, "problem", None) or str(error)
+        raise InputError("configuration", f"{file}{place}", f"is no YAML: {first_line(problem)}") from error
+    if not isinstance(content, dict):
+        raise InputError("configuration", file, "must hold keys and values, as a run's config.yaml does")
+    known_keys = list(known_keys)
+    known = {key.partition(".")[0] for key in known_keys}
+    for key in content:
+        if key not in known and key not in ("defaults", "hydra"):
+            line = 1 + next((i for i, row in enumerate(text.splitlines()) if row.startswith(f"{key}:")), 0)
+            expected = f"there is no key {shorten(key)}" + nearest(str(key), sorted(known))
+            raise InputError("configuration", f"{file}:{line}", expected)
+    # a group need not leave a key
+    required = {key.partition(".")[0] for key in known_keys if "." in key or key not in groups()}
+    missing = sorted(required - content.keys())
+    if missing and "defaults" not in content:
+        expected = f"lacks {', '.join(missing)}; a run's own config.yaml has every key"
+        raise InputError("configuration", file, expected)
+
+
+def options_of(folder: Path) -> list[str]:
+    """The options of a group, in folders of folders too, as in experiment=paper/bowl."""
+    return sorted(file.relative_to(folder).with_suffix("").as_posix() for file in folder.rglob("*.yaml"))
+
+
+def has_key(file: Path, name: str) -> bool:
+    """Whether an option's file sets a key, at any depth."""
+    return re.search(rf"^\s*{re.escape(name.rpartition('.')[2])}:", file.read_text(encoding="utf-8"), re.M) is not None

@@ -1,0 +1,32 @@
+"""What a person should know before the trials start, although nothing is wrong: one line each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from origami_lab.config.instantiate import Parts
+from origami_lab.config.settings import Settings
+
+LARGEST_FIRST = ("xyd", "xy", "x", "y")
+
+
+def remarks(settings: Settings, parts: Parts) -> Iterator[str]:
+    """A target that nobody looks at, the scale of a mesh, a symmetry of the game that the mesh does not have."""
+    from origami_lab.geometry.groups import GROUPS
+
+    target = parts.target
+    if target is not None and "target" not in settings.config["objective"]:
+        yield f"warning: the objective ({settings.task}) does not look at the target ({target.name}); leave target out"
+    if target is None or target.units_per_cell is None or settings.target is None:
+        return
+    name = Path(str(settings.target.get("path", target.name))).name
+    yield f"{name}: 1 board cell = {target.units_per_cell:.4g} units of the file"
+    symmetry = settings.game["symmetry"]
+    if symmetry == "none" or target.has_symmetry(GROUPS[symmetry]):
+        return
+    own = next((other for other in LARGEST_FIRST if target.has_symmetry(GROUPS[other])), "none")
+    yield (
+        f"warning: {name} is not symmetric under symmetry={symmetry}, the folded sheet will be: "
+        f"it fits only as far as that; the mesh has symmetry={own}"
+    )

@@ -1,0 +1,13 @@
+"""Public names, and the modules that they live in; each is imported when it is first used."""
+
+from .api import run
+from .runner import Experiment, run_experiment
+from .trial import Progress, run_trial
+
+__all__ = [
+    "Experiment",
+    "Progress",
+    "run",
+    "run_experiment",
+    "run_trial",
+]

@@ -1,0 +1,225 @@
+"""What a person sees while the trials run: a live table in a terminal, plain lines in a log, or nothing."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+from origami_lab.experiment.terminal_table import NARROW
+from origami_lab.experiment.trial import Progress
+from origami_lab.experiment.trial_pool import Event, Started
+from origami_lab.experiment.trial_worker import Failed, Finished
+from origami_lab.runs.trial_row import NO_DESIGN
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.live import Live
+    from rich.table import Table
+
+ANNOUNCE_COMPILATION_AFTER = 4.0
+"""Seconds without kernels after which they are clearly being compiled, not loaded."""
+LINE_EVERY = 10.0
+SHOWN = 12
+"""Trials that the live table shows at a time."""
+
+
+@dataclass
+class _Trial:
+    """What is known of one trial."""
+
+    interactions: int = 0
+    best: float | None = None
+    began: float | None = None
+    status: str = "waiting"
+    rate: float = 0.0
+
+    @property
+    def running(self) -> bool:
+        return self.status in ("running", "drawing")
+
+    def begins_drawing(self, budget: int) -> bool:
+        """Whether its search has just ended: what is left are its files and pictures, a few seconds."""
+        begins = self.status == "running" and self.interactions >= budget
+        if begins:
+            self.status = "drawing"
+        return begins
+
+
+class Display(Protocol):
+    """Shows events as they come."""
+
+    def __enter__(self) -> Display: ...
+    def __exit__(self, *_: object) -> None: ...
+    def show(self, event: Event) -> None: ...
+    def say(self, line: str) -> None: ...
+    def note(self, line: str) -> None: ...
+
+
+class QuietDisplay:
+    """Shows nothing but what is said."""
+
+    def __init__(self, console: Console) -> None:
+        self.console = console
+
+    def __enter__(self) -> QuietDisplay:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        return None
+
+    def show(self, event: Event) -> None:
+        pass
+
+    def say(self, line: str) -> None:
+        """Show one line of text as it is."""
+        self.console.print(line, highlight=False, markup=False, soft_wrap=True)
+
+    def note(self, line: str) -> None:
+        """Show what can be done without."""
+
+
+class PlainDisplay(QuietDisplay):
+    """One line a finished trial, and one for the running ones every few seconds: for logs."""
+
+    def __init__(self, console: Console, seeds: Sequence[int], budget: int, draws: bool = True) -> None:
+        super().__init__(console)
+        self.budget, self.draws = budget, draws
+        self.trials = {seed: _Trial() for seed in seeds}
+        self.created = self.last_line = time.monotonic()
+        self.warm = self.announced = False
+
+    def note(self, line: str) -> None:
+        """Show one line of text as it is."""
+        self.say(line)
+
+    def show(self, event: Event) -> None:
+        """Take in an event."""
+        self._update(event)
+        if isinstance(event, Finished | Failed) or (
+            isinstance(event, Progress) and self.draws and self.trials[event.seed].begins_drawing(self.budget)
+        ):
+            self.say(self._line(event.seed))
+        now = time.monotonic()
+        # without kernels nothing moves, and that was said
+        running = [seed for seed, trial in self.trials.items() if trial.status == "running" and self.warm]
+        if running and now - self.last_line >= LINE_EVERY:
+            self.last_line = now
+            for seed in running:
+                self.say(self._line(seed))
+
+    def _update(self, event: Event) -> None:
+        now = time.monotonic()
+        match event:
+            case Started(seed):
+                self.trials[seed].status = "running"
+                self.trials[seed].began = now
+            case Progress(seed, interactions, best):
+                trial = self.trials[seed]
+                if self.announced and not self.warm:
+                    self.say(f"compiled in {now - self.created:.0f} s")
+                self.warm = True
+                trial.interactions, trial.best = interactions, best
+                trial.rate = interactions / max(now - (trial.began or now), 1e-3)
+            case Finished(seed, row, warnings):
+                trial = self.trials[seed]
+                trial.interactions, trial.best, trial.status = (
+                    row.interactions or 0,
+                    row.return_,
+                    row.status,
+                )
+                trial.rate = row.interactions_per_second or 0.0
+                for warning in warnings:
+                    self.say(f"warning: seed {seed}: {warning}")
+            case Failed(seed, reason):
+                self.trials[seed].status = f"failed: {reason}"
+        if not self.warm and not self.announced and now - self.created > ANNOUNCE_COMPILATION_AFTER:
+            self.announced = True
+            self.say("compiling the kernels: half a minute, the first time only")
+
+    def _line(self, seed: int) -> str:
+        trial = self.trials[seed]
+        best = "no design yet" if trial.best is None else f"best {trial.best:.4f}"
+        if trial.status == NO_DESIGN:
+            return f"seed {seed}: {trial.interactions:,} interactions, {trial.rate:,.0f}/s, {NO_DESIGN}"
+        done = f"{trial.interactions:,} of {self.budget:,} interactions, {trial.rate:,.0f}/s"
+        status = {"running": "", "drawing": ", drawing its pictures"}.get(trial.status, f", {trial.status}")
+        return f"seed {seed}: {done}, {best}{status}"
+
+
+class LiveDisplay(PlainDisplay):
+    """A table that is drawn anew a few times a second: for terminals."""
+
+    def __init__(self, console: Console, seeds: Sequence[int], budget: int, draws: bool = True) -> None:
+        super().__init__(console, seeds, budget, draws)
+        self.live: Live | None = None
+        self.drawn = 0.0
+
+    def __enter__(self) -> LiveDisplay:
+        from rich.live import Live
+
+        self.live = Live(self._table(), console=self.console, auto_refresh=False, transient=True)
+        self.live.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.live is not None:
+            self.live.stop()
+            self.live = None
+
+    def show(self, event: Event) -> None:
+        """Take in an event and redraw."""
+        self._update(event)
+        now = time.monotonic()
+        if self.live is not None and now - self.drawn > 0.2:
+            self.drawn = now
+            self.live.update(self._table(), refresh=True)
+
+    def _table(self) -> Table:
+        from rich.progress_bar import ProgressBar
+        from rich.table import Table
+
+        ended = [seed for seed, trial in self.trials.items() if trial.status not in ("running", "waiting")]
+        running = [seed for seed, trial in self.trials.items() if trial.running]
+        shown = (ended[-max(SHOWN - len(running), 0) :] if len(running) < SHOWN else []) + running[:SHOWN]
+        best = [trial.best for trial in self.trials.values() if trial.best is not None]
+        rate = sum(self.trials[seed].rate for seed in running)
+        caption = f"{len(ended)} of {len(self.trials)} trials done · {rate:,.0f} interactions/s"
+        if best:
+            caption += f" · best {max(best):.4f}"
+        table = Table(box=None, padding=(0, 1), caption=caption, caption_justify="left", header_style="dim")
+        wide = self.console.width >= NARROW
+        columns = ("seed", "interactions", "", "per second", "best", "status")
+        kept = [name for name in columns if wide or name not in ("", "per second")]
+        for name in kept:
+            table.add_column(name, justify="left" if name in ("", "status") else "right", no_wrap=True)
+        for seed in shown:
+            trial = self.trials[seed]
+            cells: dict[str, str | ProgressBar] = {
+                "seed": str(seed),
+                "interactions": f"{trial.interactions:,}",
+                "": ProgressBar(total=self.budget, completed=trial.interactions, width=24),
+                "per second": f"{trial.rate:,.0f}",
+                "best": "–" if trial.best is None else f"{trial.best:.4f}",
+                "status": self._status(trial),
+            }
+            table.add_row(*(cells[name] for name in kept))
+        if not shown:
+            table.add_row(*[""] * (len(kept) - 1), "compiling" if self.announced else "loading")
+        return table
+
+    def _status(self, trial: _Trial) -> str:
+        if trial.running and trial.interactions >= self.budget:
+            return "drawing" if self.draws else "writing"
+        if trial.running and not self.warm:
+            return "compiling" if self.announced else "loading"
+        return trial.status[:40]
+
+
+def make_display(console: Console, verbosity: str, seeds: Sequence[int], budget: int, draws: bool = True) -> Display:
+    """The display that fits where the output goes; ``draws`` is whether trials end with pictures."""
+    if verbosity == "quiet":
+        return QuietDisplay(console)
+    live = console.is_terminal and not console.is_dumb_terminal  # which rich would show nothing
+    return (LiveDisplay if live else PlainDisplay)(console, seeds, budget, draws)

@@ -1,0 +1,95 @@
+"""origami_lab/experiment/terminal_table.py."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from origami_lab.runs.trial_row import NO_DESIGN, OK, REFUTED, RETURNS, TrialRow, best_row, certificates, spreads
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+
+NARROW = 72
+"""A terminal of fewer columns cannot show all that a trial has to tell."""
+
+
+def summary_table(rows: Sequence[TrialRow], title: str | None = None, width: int = 80) -> Table:
+    """The trials and their mean ± std, for a terminal of 80 columns; a narrow one gets what matters most."""
+    from rich import box
+    from rich.table import Table
+
+    designs = [row for row in rows if row.outcome != NO_DESIGN]  # the others have the penalty for a return
+    measured = [name for name in RETURNS[1:] if any(row[name] is not None for row in designs)]
+    # the distance that the search used is the return: said once
+    same = [name for name in measured if not any(_differs(row[name], row.return_) for row in designs)]
+    wide = width >= NARROW
+    returns = ["return", *(name for name in measured if name not in same[:1] and wide)]
+    several = len(rows) > 1
+    table = Table(
+        title=title,
+        title_justify="left",
+        show_footer=several,
+        header_style="bold",
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+    )
+    found = spreads(designs)
+    best = best_row(designs)
+    table.add_column("seed", "mean\nstd", justify="right")
+    for name in returns:
+        footer = f"{_number(found[name].mean, '.4f')}\n{_number(found[name].std, '.4f')}" if name in found else ""
+        table.add_column(name.removeprefix("return_"), footer, justify="right")
+    for shown in ("angle °", "best at", "vertices") if wide else ("angle °",):
+        table.add_column(shown, justify="right")
+    shows_status = any(row.outcome != OK for row in rows)
+    if shows_status:
+        table.add_column("status")
+    for row in sorted(rows, key=lambda row: row.seed):
+        table.add_row(
+            str(row.seed),
+            *(_number(row[name] if row in designs else None, ".4f") for name in returns),
+            _number(row.driving_angle, ".1f"),
+            *((_number(row.interactions_to_best, ",d"), _number(row.vertices, "d")) if wide else ()),
+            *([row.outcome] if shows_status else []),
+            style="bold" if row is best and several else None,
+        )
+    return table
+
+
+def hint(rows: Iterable[TrialRow]) -> str | None:
+    """One line on what usually helps where trials ended without a design; None if all have one."""
+    empty = sum(row.outcome == NO_DESIGN for row in rows)
+    if not empty:
+        return None
+    trials = "1 trial" if empty == 1 else f"{empty} trials"
+    return (
+        f"{trials} found no design that folds: what usually helps is a larger budget, "
+        "start.size=1 or 2, a symmetry, or a larger max_crease_length"
+    )
+
+
+def certificate_lines(rows: Iterable[TrialRow]) -> list[str]:
+    """What the certificates say, for below the table: a line, and a warning if one refutes its design."""
+    found = certificates(rows)
+    if not found:
+        return []
+    counts = ", ".join(f"{len(seeds)} {verdict}" for verdict, seeds in sorted(found.items()))
+    lines = [f"certificates: {counts}"]
+    if seeds := found.get(REFUTED):
+        listed = ", ".join(map(str, seeds))
+        lines.append(
+            f"warning: seed {listed}: the best design is refuted, it does not fold as it should: see certificate.json"
+        )
+    return lines
+
+
+def _differs(value: float | None, other: float | None) -> bool:
+    """Whether a table with four decimals has something to tell about ``value``."""
+    return value is not None and (other is None or abs(value - other) > 1e-6)
+
+
+def _number(value: Any, form: str) -> str:
+    return "–" if value is None or not math.isfinite(value) else format(value, form)

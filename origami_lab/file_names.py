@@ -1,0 +1,40 @@
+"""Names of the files in a run folder: what writes them, what reads them back and what pushes them agree here."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+CONFIG = "config.yaml"
+TARGET = "target.ply"
+START = "start.json"
+TRIALS = "trials.csv"
+SUMMARY = "summary.json"
+TRACKING = "tracking.json"
+
+RESULT = "result.json"
+BEST = "best.fold"
+MOTION = "motion.fold"
+ACTIONS = "actions.json"
+CURVE = "curve.csv"
+CERTIFICATE = "certificate.json"
+PATTERN_PNG = "pattern.png"
+FOLDED_PNG = "folded.png"
+FILM = "motion.gif"
+VIEWER = "best.html"
+PATTERN_SVG = "pattern.svg"
+
+FOLDER_FORMAT = 2
+"""Version of what a run folder holds; folders of version 0.1.0 do not say theirs, which is 1."""
+
+SEED = "seed="
+"""What the name of a trial's folder begins with."""
+
+
+def trial_folder(run: Path, seed: int) -> Path:
+    """The folder of one trial in the folder of its run."""
+    return run / f"{SEED}{seed}"
+
+
+def error_file(run: Path, seed: int) -> Path:
+    """The file with the traceback of a trial that failed."""
+    return run / f"{SEED}{seed}.error.txt"

@@ -1,0 +1,49 @@
+"""Files written whole or not at all."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+
+@contextmanager
+def replacing(path: str | os.PathLike[str], *, sync: bool = False) -> Iterator[Path]:
+    """A hidden file beside ``path`` that takes its place when the block ends, and vanishes if the block raises.
+
+    With ``sync`` the content is on the disk before: some file systems only say then that there is no room for it.
+    """
+    path = Path(path)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        yield temporary
+        if sync:
+            on_disk(temporary)
+        temporary.replace(path)
+    finally:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+
+
+def write_whole(path: str | os.PathLike[str], content: str | bytes, *, sync: bool = False) -> None:
+    """Write a file so that a reader finds the old content or the new one, never a part.
+
+    Text is written as UTF-8. Raises ``OSError`` where it cannot be written; nothing is left of it then.
+    """
+    with replacing(path, sync=sync) as temporary:
+        temporary.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8"))
+
+
+def on_disk(file: Path) -> None:
+    """Have the system write a file to its disk."""
+    with file.open("rb+") as stream:
+        os.fsync(stream.fileno())
+
+
+def expanded(path: str | Path) -> Path:
+    """A path with ``~`` replaced by the user's home, if it is known."""
+    try:
+        return Path(path).expanduser()
+    except RuntimeError:
+        return Path(path)

@@ -1,0 +1,32 @@
+"""Public names, and the modules that they live in; each is imported when it is first used."""
+
+from .crease_pattern import CreasePattern
+from .folded_sheet import FoldedSheet
+from .game import Game
+from .moves import Extend, Move, Place, Source, Terminate, move_from_dict, move_to_dict
+from .observation import CompactView, TensorView
+from .start_file import SavedPattern, read_pattern
+from .start_from_moves import FromFile, FromMoves
+from .start_patterns import Crease, Square, Start
+
+__all__ = [
+    "CompactView",
+    "Crease",
+    "CreasePattern",
+    "Extend",
+    "FoldedSheet",
+    "FromFile",
+    "FromMoves",
+    "Game",
+    "Move",
+    "Place",
+    "SavedPattern",
+    "Source",
+    "Square",
+    "Start",
+    "TensorView",
+    "Terminate",
+    "move_from_dict",
+    "move_to_dict",
+    "read_pattern",
+]

@@ -1,0 +1,174 @@
+"""Laying down a start pattern that was made by moves, cutting parts of it off, and how far it folds.
+
+Like every start pattern it is exempt from the maximum crease length and may have sources; otherwise the game's rules
+hold.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from origami_lab.errors import InputError
+from origami_lab.game.folded_sheet import FoldedSheet
+from origami_lab.game.kernels.play import clear_state, copy_to, legal_of, replay_unchecked, step
+from origami_lab.game.kernels.state import FULL, NOT_FOLDABLE, States
+from origami_lab.game.move_codec import encode
+from origami_lab.game.moves import Extend, Move, Place, Point, Source
+from origami_lab.game.rules import Rules
+from origami_lab.geometry.groups import SymmetryGroup
+
+LARGEST_ANGLE = 1799
+"""Tenths of a degree: below a half-turn, which is degenerate."""
+
+
+def empty_board(rules: Rules) -> States:
+    """One state before placement."""
+    states = np.empty(1, dtype=rules.dtype)  # rows are written before they are read
+    clear_state(states, 0)
+    return states
+
+
+def play_move(rules: Rules, move: Move, states: States) -> None:
+    """Play a move on the first state.
+
+    Raises
+    ------
+    ValueError
+        If it is not legal; an extension may have begun then.
+    """
+    legal = np.empty(rules.max_legal, dtype=np.int32)
+    for action in encode(rules, move, states):
+        if action not in legal[: legal_of(states, 0, rules.record, legal)]:
+            raise ValueError(f"{move} is not legal in this state")
+        step(states, 0, rules.record, action, legal)
+
+
+def lay(rules: Rules, moves: Sequence[Move], *, shortest_motion: bool = False) -> States:
+    """One state with the start pattern that the moves make up, under the rules of a rules.
+
+    Raises
+    ------
+    InputError
+        If the board or the capacity is too small for it, a move is not legal, or it does not fold.
+    """
+    states, exempt = empty_board(rules), rules.for_start_pattern(shortest_motion=shortest_motion)
+    field, value = rules.start.label
+    needed = max((_reach_of(move) for move in moves), default=0)
+    if needed > rules.half:
+        expected = f"must be at least {2 * needed + 1} for the start pattern of {field}={value}"
+        raise InputError("board.size", rules.board_size, expected)
+    for number, move in enumerate(moves):
+        try:
+            play_move(exempt, move, states)
+        except ValueError:
+            if int(states["status"][0]) == FULL:
+                break
+            expected = f"move {number} is not legal in this game: {_spoken(move)}"
+            raise InputError(field, value, expected) from None
+        if int(states["status"][0]) == NOT_FOLDABLE:
+            if rules.fixed and not shortest_motion:
+                raise InputError(
+                    "driving_angle.fixed",
+                    f"{math.degrees(rules.angles[-1]):.6g}",
+                    f"the start pattern of {field}={value} does not fold so far;"
+                    " driving_angle.fixed=start takes the largest angle that it admits",
+                )
+            first = math.degrees(rules.angles[0])
+            expected = f"does not fold to the first driving angle, {first:.4g} degrees: {_spoken(move)}"
+            raise InputError(field, value, expected)
+    if int(states["status"][0]) == FULL:
+        expected = f"must be larger: the start pattern of {field}={value} fills it"
+        raise InputError("capacity", rules.capacity, expected)
+    return states
+
+
+def cut_off(rules: Rules, moves: Sequence[Move], remove: Iterable[Point]) -> tuple[Move, ...]:
+    """The moves that are left when vertices lose their extensions, and so all that grew from them.
+
+    A move goes, too, if one of the creases into its leaf goes, or if it is no longer legal without what went. So all
+    that stays folds as it did.
+
+    Raises
+    ------
+    InputError
+        If there is no such vertex, if it was never extended, or if the pattern cannot be laid.
+    """
+    whole = lay(rules, moves, shortest_motion=True)
+    group = rules.symmetry
+    extended = {_orbit(group, move.leaf) for move in moves if isinstance(move, Extend)}
+    flat = {(int(x), int(y)) for x, y in FoldedSheet(whole, 0, rules.record).flat}
+    wanted = set()
+    for point in remove:
+        if _orbit(group, point) not in extended:
+            expected = "has never been extended" if point in flat else "is not a vertex of the start pattern"
+            raise InputError("start.remove", list(point), f"{expected}: must be an extended vertex")
+        wanted.add(_orbit(group, point))
+    states, before = empty_board(rules), empty_board(rules)
+    exempt = rules.for_start_pattern(shortest_motion=True)
+    kept: list[Move] = []
+    loose: set[Point] = set()
+    for move in moves:
+        leaf = _orbit(group, move.leaf) if isinstance(move, Extend | Source) else None
+        goes = leaf in loose or (isinstance(move, Extend) and leaf in wanted)
+        if not goes:
+            copy_to(before, 0, states, 0)
+            try:
+                play_move(exempt, move, states)
+                goes = int(states["status"][0]) == NOT_FOLDABLE
+            except ValueError:
+                goes = True
+            if goes:
+                copy_to(states, 0, before, 0)
+        if not goes:
+            kept.append(move)
+        elif isinstance(move, Extend):
+            loose |= {_orbit(group, point) for point in (move.a, move.b, move.c)}
+        elif leaf is not None:
+            loose.add(leaf)
+    return tuple(kept)
+
+
+def largest_angle(rules: Rules, states: States) -> float:
+    """How far the pattern in a state folds, in degrees: a multiple of 0.1, rounded down.
+
+    At every tenth of a degree up to there its vertices fold and its panels do not pass through each other. 0 if the
+    first one is too much already.
+    """
+    record, scratch = rules.for_start_pattern(shortest_motion=True).record, empty_board(rules)
+    log = states["actions"][0][: int(states["n_actions"][0])]
+    count = len(rules.angles)
+    for start in range(0, LARGEST_ANGLE, count):
+        tenths = np.minimum(np.arange(start + 1, start + count + 1), LARGEST_ANGLE)
+        record["angles"][0] = np.radians(tenths / 10)
+        free = int(replay_unchecked(scratch, 0, record, log))
+        if free < count:
+            return min(start + free, LARGEST_ANGLE) / 10
+    return LARGEST_ANGLE / 10
+
+
+def _orbit(group: SymmetryGroup, point: Point) -> Point:
+    """One point that stands for all images of a point."""
+    x, y = min((group.matrices @ np.array(point, dtype=np.int64)).tolist())
+    return x, y
+
+
+def _reach_of(move: Move) -> int:
+    """Half-width of the smallest board that a move needs."""
+    if isinstance(move, Place):
+        return abs(move.value) + 1
+    if isinstance(move, Extend):
+        return max(*(abs(t) for point in (move.a, move.b, move.c) for t in point), *(abs(t) + 1 for t in move.leaf))
+    return 0
+
+
+def _spoken(move: Move) -> str:
+    """A move in a message."""
+    if isinstance(move, Extend):
+        a, b, c = (list(point) for point in (move.a, move.b, move.c))
+        return f"the extension of {list(move.leaf)} in mode {move.mode:+d} to a={a} b={b} c={c}"
+    if isinstance(move, Source):
+        return f"the source at {list(move.leaf)}"
+    return str(move)

@@ -1,0 +1,66 @@
+"""origami_lab/multirun/jobs_table.py."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.text import Text
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from origami_lab.runs.multirun_folder import JobResult
+
+
+def _title(found: Sequence[JobResult], experiment: str) -> str:
+    """What all jobs have in common."""
+    names = ({getattr(outcome.job, kind) for outcome in found} for kind in ("task", "method"))
+    common = [next(iter(values)) for values in names if len(values) == 1]
+    return " · ".join([f"{len(found)} job{'' if len(found) == 1 else 's'}", *common, experiment])
+
+
+def _table(found: Sequence[JobResult], console: Console) -> Table:
+    """One line a job, by what tells it from the others; the best of each task is bold."""
+    from rich.measure import Measurement
+
+    wide = console.options.update(width=10_000)
+    for shown in (("return", "best"), ("return",)):
+        table = _table_of(found, shown)
+        if Measurement.get(console, wide, table).maximum <= console.width:
+            break
+    return table
+
+
+def _table_of(found: Sequence[JobResult], shown: Sequence[str]) -> Table:
+    from rich import box
+    from rich.table import Table
+
+    tasks, methods = ({getattr(outcome.job, name) for outcome in found} for name in ("task", "method"))
+    table = Table(header_style="bold", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    table.add_column("job", overflow="fold")
+    shows_status = any(outcome.status != "ok" for outcome in found)
+    for name in ("trials", *shown):
+        table.add_column(name, justify="right")
+    if shows_status:
+        table.add_column("status")
+    best: dict[str, float] = {}
+    for outcome in found:
+        if outcome.spread is not None:
+            best[outcome.job.task] = max(best.get(outcome.job.task, outcome.spread.mean), outcome.spread.mean)
+    for outcome in found:
+        job, spread, row = outcome.job, outcome.spread, outcome.best
+        named = [*job.own, *([job.task] if len(tasks) > 1 else []), *([job.method] if len(methods) > 1 else [])]
+        figures = {
+            "return": "–" if spread is None else str(spread),
+            "best": "–" if row is None else f"{row.return_:.4f}",
+        }
+        table.add_row(
+            Text(" · ".join(named) or job.name),
+            f"{outcome.done} of {outcome.asked}",
+            *(figures[name] for name in shown),
+            *([outcome.status] if shows_status else []),
+            style="bold" if spread is not None and spread.mean == best[job.task] else None,
+        )
+    return table

@@ -1,1 +1,0 @@
-"""Pictures and tables from the files of finished trials."""

@@ -1,0 +1,359 @@
+"""The run folder: what an experiment leaves on disk, and how it stays whole whenever the run is killed.
+
+::
+
+    config.yaml            the whole configuration; runs again with `origami-lab DIR/config.yaml`
+    target.ply             the target's surface
+    start.json             the moves of a start pattern that came from a file
+    trials.csv             one row a finished trial
+    summary.json           mean ± std, the best seed, versions, the command
+    seed=N/                one finished trial, renamed into place as a whole
+    seed=N.error.txt       the traceback of a trial that failed
+
+Everything visible is whole: it is written under a hidden name first. What a killed run leaves of those is cleared when
+it is resumed.
+"""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from omegaconf import OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+from yaml import YAMLError  # type: ignore[import-untyped]
+
+from origami_lab.config.node import FREE_TO_CHANGE, Node, check_format, flatten
+from origami_lab.config.old_names import with_public_targets
+from origami_lab.config.settings import Settings
+from origami_lab.errors import InputError
+from origami_lab.file_names import (
+    CONFIG,
+    FOLDER_FORMAT,
+    RESULT,
+    SEED,
+    START,
+    SUMMARY,
+    TARGET,
+    TRACKING,
+    TRIALS,
+    error_file,
+    trial_folder,
+)
+from origami_lab.files import on_disk, write_whole
+from origami_lab.runs.locks import RUNNING, locked
+from origami_lab.runs.trial_row import TrialRow, format_trials, read_trials
+
+if TYPE_CHECKING:
+    from origami_lab.targets.target import Target
+
+RESULTS = Path("results")
+
+_LEFTOVER = re.compile(
+    r"\.((config\.yaml|target\.ply|start\.json|trials\.csv|(summary|tracking)\.json|seed=\d+\.error\.txt)\.\d+|seed=\d+\.(\d+|old))\.tmp"
+)
+"""Names of what is being written, or was when the run was killed."""
+
+
+NO_ROOM = ("the disk is full", "the disk quota is used up")
+_TROUBLES = {
+    errno.ENOSPC: NO_ROOM[0],
+    errno.EDQUOT: NO_ROOM[1],
+    errno.EFBIG: "a file would be larger than allowed",
+    errno.EROFS: "the file system is read-only",
+    errno.ENOENT: "the folder is gone",
+    errno.ENOTDIR: "the folder is gone",
+}
+
+
+class FolderError(Exception):
+    """The run folder cannot be written any more; the message says why, in a few words."""
+
+    def __init__(self, cause: OSError | str) -> None:
+        self.why = cause if isinstance(cause, str) else _TROUBLES.get(cause.errno or 0, cause.strerror or str(cause))
+        super().__init__(self.why)
+
+
+class RunFolder:
+    """The folder of one experiment."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    @classmethod
+    @contextmanager
+    def opened(cls, settings: Settings, now: datetime | None = None) -> Iterator[RunFolder]:
+        """The folder of a new run or of one that is resumed, for this process alone.
+
+        With ``resume``, a folder in which nothing has begun yet is a new run's: a batch system gives the same command
+        again, whenever the first one was killed.
+
+        Raises
+        ------
+        InputError
+            If ``output`` holds something already and ``resume`` is false, if it is not the folder of a run or of one
+            that was made with other settings, if it cannot be written, or if another process writes to it.
+        """
+        folder = cls._find(settings, now or datetime.now())
+        with locked(folder.path):
+            folder.clear_leftovers()
+            try:
+                yield folder
+            finally:
+                folder.clear_leftovers()
+
+    @classmethod
+    def _find(cls, settings: Settings, now: datetime) -> RunFolder:
+        output = settings.output
+        if settings.resume and output is None:
+            runs = sorted((RESULTS / settings.task / settings.method).glob("*/config.yaml"))
+            hint = f", e.g. output={runs[-1].parent}" if runs else ""
+            raise InputError("resume", "true", f"must come with the folder to finish, output=DIR{hint}")
+        try:
+            folder = cls(fresh_folder(RESULTS / settings.task / settings.method, now) if output is None else output)
+            if settings.resume and folder.has_begun:
+                folder._check_same(settings)
+            elif folder.path.exists() and not folder._is_empty():
+                expected = "must be a new or empty folder; resume=true finishes the run in it"
+                if settings.resume:
+                    expected = "must be the folder of a run, there is no config.yaml in it"
+                raise InputError("output", folder.path, expected)
+            folder.path.mkdir(parents=True, exist_ok=True)
+            tempfile.TemporaryFile(dir=folder.path).close()
+            return folder
+        except OSError as error:
+            where = output or RESULTS
+            reason = error.strerror or str(error)
+            raise InputError("output", where, f"must be a folder that can be written ({reason})") from error
+
+    def _is_empty(self) -> bool:
+        return all(file.name == RUNNING or _LEFTOVER.fullmatch(file.name) for file in self.path.iterdir())
+
+    def _check_same(self, settings: Settings) -> None:
+        differing = _differences(self.config(), settings.config)
+        if differing:
+            raise InputError(
+                "output",
+                self.path,
+                "cannot be resumed with other settings than it was started with: " + "; ".join(differing),
+            )
+
+    def clear_leftovers(self) -> None:
+        """Remove what a killed process was writing. A stopped trial that was being replaced comes back."""
+        with suppress(OSError):
+            for leftover in [file for file in self.path.iterdir() if _LEFTOVER.fullmatch(file.name)]:
+                final = self.path / leftover.name.removeprefix(".").removesuffix(".old.tmp")
+                with suppress(OSError):
+                    if leftover.name.endswith(".old.tmp") and not final.exists():
+                        leftover.replace(final)
+                    elif leftover.is_dir():
+                        shutil.rmtree(leftover)
+                    else:
+                        leftover.unlink()
+
+    # --- what is on disk ---
+
+    @property
+    def has_begun(self) -> bool:
+        """Whether a run was started in it: its configuration is the first thing written."""
+        return (self.path / CONFIG).is_file()
+
+    def config(self) -> dict[str, Any]:
+        """The configuration the run was started with; raises InputError if it cannot be read."""
+        try:
+            container = OmegaConf.to_container(OmegaConf.load(self.path / CONFIG), resolve=True)
+        except (OSError, ValueError, OmegaConfBaseException, YAMLError) as error:
+            raise InputError("output", self.path, "must hold a run's config.yaml, this one cannot be read") from error
+        config = {str(key): value for key, value in container.items()} if isinstance(container, dict) else {}
+        check_format(config)
+        return dict(with_public_targets(config))
+
+    def trial(self, seed: int) -> Path:
+        return trial_folder(self.path, seed)
+
+    def rows(self) -> dict[int, TrialRow]:
+        """The rows of the trials on disk, by seed; a folder without a readable result counts as missing."""
+        found = {}
+        for file in self.path.glob(f"{SEED}*/{RESULT}"):
+            with suppress(OSError, ValueError, AttributeError):
+                row = TrialRow.from_values(json.loads(file.read_text(encoding="utf-8")))
+                found[row.seed] = row
+        return found
+
+    def damaged_seeds(self) -> list[int]:
+        """The seeds of trials that have a folder, and in it no result that can be read."""
+        names = [path.name.removeprefix(SEED) for path in self.path.glob(f"{SEED}*") if path.is_dir()]
+        return sorted({int(name) for name in names if name.isdigit()} - self.rows().keys())
+
+    def known_rows(self) -> dict[int, TrialRow]:
+        """What is known of the trials, by seed: those on disk, and those that the table says have failed since."""
+        found = self.rows()
+        with suppress(OSError, ValueError, KeyError):
+            for row in read_trials(self.path / TRIALS):
+                if row.has_failed and not (row.seed in found and found[row.seed].spent_budget):
+                    found[row.seed] = row
+        return dict(sorted(found.items()))
+
+    # --- writing ---
+
+    def begin(self, config: Node, target: Target | None, start: Node | None) -> None:
+        """Write what a run begins with: its configuration, its target, and its start pattern if moves make it.
+
+        Raises
+        ------
+        InputError
+            If the run in the folder began with another target or start pattern.
+        FolderError
+            If the folder cannot be written.
+        """
+        files: dict[str, bytes] = {}
+        if target is not None:
+            files[TARGET] = ply_bytes(target.vertices, target.faces)
+        if start is not None:
+            files[START] = (json.dumps(start, indent=1) + "\n").encode()
+        try:
+            for name, content in files.items():
+                self._check_kept(name, content)
+            text = OmegaConf.to_yaml(OmegaConf.create({**config, "folder_format": FOLDER_FORMAT}))
+            head = f"# runs again with: origami-lab {self.path / CONFIG}\n"
+            write_whole(self.path / CONFIG, head + text, sync=True)  # first: it makes the folder a run's
+            for name, content in files.items():
+                write_whole(self.path / name, content, sync=True)
+        except OSError as error:
+            raise FolderError(error) from error
+
+    def _check_kept(self, name: str, content: bytes) -> None:
+        """Raise InputError if a file of the run's beginning, when it is there, means something else."""
+        file = self.path / name
+        what, meaning = ("target", bytes) if name == TARGET else ("start pattern", _start_in)
+        if file.is_file() and meaning(file.read_bytes()) != meaning(content):
+            field = what.partition(" ")[0]
+            raise InputError(field, file, f"is what the run was started with, and the {what} has changed since")
+
+    def write_trials(self, rows: Iterable[TrialRow]) -> None:
+        write_whole(self.path / TRIALS, format_trials(rows), sync=True)
+
+    def write_summary(self, summary: Mapping[str, Any]) -> None:
+        write_whole(self.path / SUMMARY, json.dumps(summary, indent=2) + "\n", sync=True)
+
+    def write_error(self, seed: int, traceback: str) -> Path:
+        path = error_file(self.path, seed)
+        write_whole(path, traceback, sync=True)
+        return path
+
+    @contextmanager
+    def new_trial(self, seed: int) -> Iterator[Path]:
+        """A temporary folder that becomes ``seed=N`` when the block ends, and vanishes if it raises.
+
+        Raises
+        ------
+        FolderError
+            Instead of any OSError, those of the block included.
+        """
+        temporary = self.path / f".seed={seed}.{os.getpid()}.tmp"
+        try:
+            shutil.rmtree(temporary, ignore_errors=True)
+            temporary.mkdir()
+            yield temporary
+            for file in temporary.iterdir():
+                on_disk(file)
+            (error_file(self.path, seed)).unlink(missing_ok=True)
+            final = self.trial(seed)
+            if final.exists():  # a stopped trial that ran again
+                old = self.path / f".seed={seed}.old.tmp"
+                shutil.rmtree(old, ignore_errors=True)
+                final.replace(old)
+                temporary.replace(final)
+                shutil.rmtree(old, ignore_errors=True)
+            else:
+                temporary.replace(final)
+        except OSError as error:
+            raise FolderError(error) from error
+        finally:
+            shutil.rmtree(temporary, ignore_errors=True)
+
+    def require_room(self, size: int) -> None:
+        """Raise OSError unless a file of so many bytes can be written."""
+        with tempfile.TemporaryFile(dir=self.path) as file:
+            file.write(os.urandom(size))
+            file.flush()
+            os.fsync(file.fileno())
+
+
+def ply_bytes(vertices: np.ndarray[Any, Any], faces: np.ndarray[Any, Any]) -> bytes:
+    """A triangle mesh, (V, 3) and (F, 3), as binary PLY; by hand: importing trimesh takes a second."""
+    header = (
+        "ply\nformat binary_little_endian 1.0\n"
+        f"element vertex {len(vertices)}\nproperty double x\nproperty double y\nproperty double z\n"
+        f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    records = np.empty(len(faces), dtype=[("count", "u1"), ("corners", "<i4", (3,))])
+    records["count"] = 3
+    records["corners"] = faces
+    body = np.ascontiguousarray(vertices, dtype="<f8").tobytes() + records.tobytes()
+    return header.encode("ascii") + body
+
+
+def fresh_folder(parent: Path, now: datetime) -> Path:
+    """A new folder named by the time, numbered if another run started in the same second; raises OSError."""
+    stem = now.strftime("%Y-%m-%d_%H-%M-%S")
+    parent.mkdir(parents=True, exist_ok=True)
+    for number in range(1, 1000):
+        path = parent / (stem if number == 1 else f"{stem}_{number}")
+        try:
+            path.mkdir()
+            return path
+        except FileExistsError:
+            continue
+    raise FileExistsError(17, "too many runs started in the same second")
+
+
+def _differences(old: Node, new: Node) -> list[str]:
+    """The keys whose values differ, but for those that may."""
+    left, right = (flatten({k: v for k, v in c.items() if k not in FREE_TO_CHANGE}) for c in (old, new))
+    missing = object()
+    return [
+        f"{key} was {left.get(key, 'not set')}, is {right.get(key, 'not set')}"
+        for key in sorted(left.keys() | right.keys())
+        if left.get(key, missing) != right.get(key, missing)
+    ]
+
+
+def _start_in(content: bytes) -> Any:
+    """The start pattern in a start.json; what cannot be read as one differs from every other."""
+    try:
+        return with_public_targets(json.loads(content))
+    except ValueError:
+        return content
+
+
+def read_note(folder: Path) -> dict[str, Any]:
+    """What tracking.json says of a run folder: its ``key``, and the ``uri`` of its store; {} if there is none."""
+    try:
+        content = json.loads((folder / TRACKING).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
+def write_note(folder: Path, content: Mapping[str, Any]) -> None:
+    write_whole(folder / TRACKING, json.dumps(content, indent=1) + "\n", sync=True)
+
+
+def read_summary(folder: Path) -> dict[str, Any]:
+    """The contents of summary.json; {} if there is none."""
+    try:
+        content = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return content if isinstance(content, dict) else {}

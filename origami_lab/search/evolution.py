@@ -1,0 +1,177 @@
+"""EVO (paper, appendix A): a population of value vectors, each of which plays one episode greedily in its values.
+
+A value vector has 4d entries as in the paper, where d is the size of the playable area: the values of selecting each
+point in mode −1 and in mode +1, then those of each location while mode −1 and while mode +1 is extended. The actions
+that the paper's vector leaves out follow, one value each: terminate, the four sources, the placements.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from origami_lab.errors import InputError
+from origami_lab.game.game import Game
+from origami_lab.game.kernels.play import play_greedy
+from origami_lab.game.kernels.state import RUNNING
+from origami_lab.search.check_numbers import check_flag, check_number, check_whole
+from origami_lab.search.problem import Problem
+
+Values = NDArray[np.float64]
+
+_PACE = 4096
+"""Interactions that are played at most between two looks at the clock."""
+
+
+class EvolutionarySearch:
+    """Selection and mutation of value vectors.
+
+    A generation is evaluated in this order: the parents, mutated by ``sigma_1``; a copy of each, mutated by ``sigma_2``
+    once more; another, by ``sigma_3``; newcomers. An agent that plays the same actions as one before it in its
+    generation is worth −∞. The best become the parents of the next; which of equal ones is left to chance, or the same
+    agents would stay in place, mutated least: returns are plateaus, as one point of the sheet or the target decides.
+
+    Parameters
+    ----------
+    population
+        Agents in a generation.
+    parents
+        The part of them that reproduces, at most a third.
+    sigma_1, sigma_2, sigma_3
+        Standard deviations of the mutations.
+    elite
+        So many of the best parents stay as they are (the paper: none).
+    rescale
+        Bring the parents' values to mean 0 and standard deviation 1 before they mutate (the paper: no). They play as
+        they did, and mutations keep their strength: otherwise values grow from generation to generation.
+    """
+
+    def __init__(
+        self,
+        population: int = 128,
+        parents: float = 0.25,
+        sigma_1: float = 0.1,
+        sigma_2: float = 0.5,
+        sigma_3: float = 1.0,
+        elite: int = 0,
+        rescale: bool = True,
+    ) -> None:
+        self.population = check_whole("population", population, 3, 100_000)
+        check_number("parents", parents, 0.0, 1.0)
+        self.parents, most = round(parents * self.population), self.population // 3
+        if not 1 <= self.parents <= most:
+            raise InputError(
+                "search.parents", parents, f"must make 1 to {most} parents of the population of {self.population}"
+            )
+        self.sigmas = (sigma_1, sigma_2, sigma_3)
+        for number, sigma in enumerate(self.sigmas, start=1):
+            check_number(f"sigma_{number}", sigma, 0.0, 1e6)
+        self.elite = check_whole("elite", elite, 0, self.parents)
+        check_flag("rescale", rescale)
+        self.rescale = rescale
+
+    def search(self, problem: Problem, rng: np.random.Generator) -> None:
+        slots = value_slots(problem.game)
+        arena = Tournament(problem, slots, self.parents)
+        agents = rng.standard_normal((self.population, int(slots.max()) + 1))
+        while True:
+            returns = arena.evaluate(agents)
+            if problem.done:
+                return
+            agents = self.next_generation(agents, returns, rng)
+
+    def next_generation(self, agents: Values, returns: Values, rng: np.random.Generator) -> Values:
+        """The population that follows.
+
+        Parameters
+        ----------
+        agents
+            (population, m) value vectors.
+        returns
+            (population,) what each agent achieved.
+        """
+        m, (sigma_1, sigma_2, sigma_3) = agents.shape[1], self.sigmas
+        order = np.lexsort((rng.random(len(returns)), -returns))  # of equal returns at random
+        parents = agents[order[: self.parents]]
+        if self.rescale:
+            parents = parents - parents.mean(axis=1, keepdims=True)
+            parents /= parents.std(axis=1, keepdims=True)
+        parents[self.elite :] += sigma_1 * rng.standard_normal((self.parents - self.elite, m))
+        return np.concatenate(
+            [
+                parents,
+                parents + sigma_2 * rng.standard_normal(parents.shape),
+                parents + sigma_3 * rng.standard_normal(parents.shape),
+                rng.standard_normal((self.population - 3 * self.parents, m)),
+            ]
+        )
+
+
+class Tournament:
+    """Where agents play."""
+
+    def __init__(self, problem: Problem, slots: NDArray[np.int32], parents: int) -> None:
+        self.problem, self.slots, self.parents = problem, slots, parents
+        self.positions = problem.new_positions(1)
+        self.legal = np.empty(problem.game.rules.max_legal, dtype=np.int32)
+        self.known: dict[bytes, float] = {}
+        """Returns of the last generation's better action sequences, so that those played again are not scored again."""
+
+    def evaluate(self, agents: Values) -> Values:
+        """What each agent achieves; −inf where that is not enough to become a parent, whatever it is."""
+        problem = self.problem
+        returns = np.full(len(agents), -math.inf)
+        seen: set[bytes] = set()
+        found: dict[bytes, float] = {}
+        best: list[float] = []  # the returns that would make parents, falling
+        for agent, values in enumerate(agents):
+            actions = self.play(values)
+            if actions is None:
+                break
+            worst = best[-1] if len(best) == self.parents else -math.inf
+            if actions in seen or actions in self.known:
+                problem.episodes += 1
+                value = -math.inf if actions in seen else self.known[actions]
+            else:
+                # one that equals the worst of the best may become a parent, too
+                below = min(np.nextafter(worst, -math.inf), problem.best_value)
+                value = problem.finish(self.positions, 0, above=below)
+            seen.add(actions)
+            if value >= worst and value > -math.inf:
+                returns[agent] = found[actions] = value
+                best = sorted([*best, value], reverse=True)[: self.parents]
+            if problem.done:
+                break
+        self.known = found
+        return returns
+
+    def play(self, values: Values) -> bytes | None:
+        """One episode, greedy in an agent's values; returns its actions, None if the budget ended it first."""
+        problem, states = self.problem, self.positions.states
+        problem.clear(self.positions, 0)
+        while states["status"][0] == RUNNING:
+            if problem.done:
+                return None
+            limit = min(problem.remaining, _PACE)
+            problem.spend(play_greedy(states, 0, problem.game.rules.record, values, self.slots, limit, self.legal))
+        return bytes(states["actions"][0][: states["n_actions"][0]].tobytes())
+
+
+def value_slots(game: Game) -> NDArray[np.int32]:
+    """(2, n_actions) where an agent keeps the value of each action, in mode −1 and in mode +1.
+
+    The mode is that of the leaf being extended; only the values of locations depend on it. −1: never legal.
+    """
+    n, line = game.rules.points, np.arange(-game.rules.half, game.rules.half + 1)
+    x, y = np.meshgrid(line, line)
+    playable = game.symmetry.playable(np.stack([x.ravel(), y.ravel()], axis=-1))
+    d = int(playable.sum())
+    of_point = np.where(playable, np.cumsum(playable) - 1, -1)
+    slots = np.full((2, game.rules.n_actions), -1, dtype=np.int32)
+    for block, (rows, start) in enumerate([((0, 1), 0), ((0, 1), n), ((0,), 2 * n), ((1,), 2 * n)]):
+        for row in rows:
+            slots[row, start : start + n] = np.where(playable, of_point + block * d, -1)
+    slots[:, 3 * n :] = 4 * d + np.arange(game.rules.n_actions - 3 * n)
+    return slots

@@ -1,0 +1,264 @@
+"""The two parts of a sweep: its trials, and then the comparison of the best on seeds that no trial played."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import statistics
+import warnings
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import optuna
+from optuna.pruners import BasePruner
+from optuna.storages import BaseStorage
+from optuna.trial import FrozenTrial, Trial, TrialState, create_trial
+
+from origami_lab.config.instantiate import build_parts
+from origami_lab.config.node import flatten
+from origami_lab.config.option_files import groups
+from origami_lab.config.seeds import format_seeds
+from origami_lab.config.settings import Settings
+from origami_lab.errors import InputError
+from origami_lab.sweep.samplers import ask_all, suggest
+from origami_lab.sweep.search_space import Point, corners, diagonals, overrides_of
+from origami_lab.sweep.storage import open_study
+from origami_lab.sweep.sweep_config import LEARNING, Declaration, Pruner
+from origami_lab.sweep.trial_queue import HeldTrial, Slot, TrialQueue
+from origami_lab.sweep.worker_identity import Worker
+from origami_lab.text import nearest
+
+OF_A_TRIAL = ("tracking=none", "files=designs", "workers=1", "verbosity=quiet", "resume=true")
+"""Settings of every trial's run: quick, and resumed where its folder is there already."""
+POINT, RETURNS = "point", "returns"
+"""Attributes of a trial: its parameters and values, and the return of each of its seeds."""
+
+
+class Job(ABC):
+    """A study whose trials each play a configuration with the same seeds."""
+
+    declaration: Declaration
+    name: str
+    """The study's name in the storage."""
+    count: int
+    seeds: Sequence[int]
+    folder: Path
+    pruner: BasePruner | None = None
+    means: bool = True
+    """Whether the pruner is told the mean so far, or the return of each seed."""
+    _composed: tuple[list[str] | None, Settings | None] = (None, None)
+
+    @abstractmethod
+    def fixed(self) -> dict[str, Any]:
+        """What may not change while it goes on."""
+
+    @abstractmethod
+    def begin(self, claim: HeldTrial) -> tuple[Trial, list[str]]:
+        """A trial for a place, and the overrides that it plays; raises InputError if it cannot be played."""
+
+    def places(self, storage: BaseStorage, worker: Worker) -> TrialQueue:
+        """Open its study, or create it."""
+        study = open_study(storage, self.name, self.fixed(), self.pruner)
+        return TrialQueue(study, self.count, worker)
+
+    @abstractmethod
+    def path(self, place: int) -> Path:
+        """The run folder of a place."""
+
+    def why_pruned(self, claim: HeldTrial, step: int) -> str:
+        """What the pruner went by, in words; nothing where there is none."""
+        return ""
+
+    def settings(self, overrides: Sequence[str]) -> Settings:
+        """The settings of a trial's run, without its folder. Composing takes a tenth of a second: not done twice."""
+        if overrides != self._composed[0]:
+            seeds = str(format_seeds(self.seeds)).replace(" ", "")
+            composed = self.declaration.compose([*overrides, f"seed={seeds}", *OF_A_TRIAL])
+            self._composed = (list(overrides), composed)
+        settings = self._composed[1]
+        assert settings is not None
+        return settings
+
+
+class SearchJob(Job):
+    """The trials of a sweep."""
+
+    def __init__(self, declaration: Declaration) -> None:
+        self.declaration = declaration
+        self.name, self.count, self.seeds = declaration.study, declaration.trials, declaration.seeds
+        self.folder = declaration.folder / "trials"
+        self.pruner = make_pruner(declaration.pruner)
+        self.means = declaration.pruner.name != "wilcoxon"
+
+    def fixed(self) -> dict[str, Any]:
+        return self.declaration.fixed
+
+    def path(self, place: int) -> Path:
+        return self.folder / f"{place:04d}"
+
+    def begin(self, claim: HeldTrial) -> tuple[Trial, list[str]]:
+        system = dict(claim.frozen().system_attrs)
+        if "fixed_params" not in system:
+            learns = self.declaration.sampler.name in LEARNING
+            places = claim.places.look() if learns else []
+            history = [frozen for place in places if (frozen := _known(place, claim)) is not None]
+            point, found = suggest(self.declaration, claim.place, history, self.refusal)
+            system = {**found, "fixed_params": dict(point)}
+        trial = claim.begin(system)
+        point = ask_all(trial, self.declaration.space)
+        claim.note(POINT, point)
+        return trial, [*self.declaration.base, *overrides_of(point)]
+
+    def why_pruned(self, claim: HeldTrial, step: int) -> str:
+        if not self.means:
+            return f"worse than the best trial on its first {step + 1} seeds, by Wilcoxon's signed-rank test"
+        complete = [place.trial for place in claim.places.look() if place.state == "complete" and place.trial]
+        median = statistics.median(trial.intermediate_values[step] for trial in complete)
+        return f"below {median:.4f}, the median of the complete trials after as many seeds"
+
+    def refusal(self, point: Point) -> InputError | None:
+        """Why a point cannot be played: values that exclude each other, say."""
+        try:
+            build_parts(self.settings([*self.declaration.base, *overrides_of(point)]))
+        except InputError as error:
+            return error
+        return None
+
+
+class HeldOutJob(Job):
+    """The best, the searcher's defaults and what else was asked for, on seeds that the sweep never saw."""
+
+    def __init__(self, declaration: Declaration, best: Point) -> None:
+        held_out = declaration.held_out
+        self.declaration, self.best = declaration, best
+        self.seeds = held_out.seeds
+        base = declaration.base_with(held_out.budget)
+        self.overrides: Mapping[str, list[str]] = {
+            "best": [*base, *overrides_of(best)],
+            "defaults": base,
+            **{name: [*base, *overrides] for name, overrides in held_out.against.items()},
+        }
+        self.names, self.count = list(self.overrides), len(self.overrides)
+        text = json.dumps([self.overrides, list(self.seeds)], sort_keys=True)
+        digest = hashlib.sha256(text.encode()).hexdigest()[:8]
+        # another best, after more trials, is another comparison
+        self.name = f"{declaration.study} held out {digest}"
+        self.folder = declaration.folder / "held_out" / digest
+
+    def fixed(self) -> dict[str, Any]:
+        return {"settings": dict(self.overrides), "seeds": format_seeds(self.seeds)}
+
+    def path(self, place: int) -> Path:
+        return self.folder / self.names[place]
+
+    def begin(self, claim: HeldTrial) -> tuple[Trial, list[str]]:
+        name = self.names[claim.place]
+        claim.note("settings", name)
+        return claim.begin({}), self.overrides[name]
+
+
+def _known(place: Slot, claim: HeldTrial) -> FrozenTrial | None:
+    """What a sampler may learn from a place; running trials tell it where not to look, too."""
+    trial = place.trial
+    if trial is None or place.number == claim.place or not trial.params:
+        return None
+    if place.state not in ("complete", "pruned", "running"):
+        return None
+    running = trial.state == TrialState.RUNNING
+    return create_trial(
+        state=trial.state,
+        value=None if running else trial.value,
+        params=trial.params,
+        distributions=trial.distributions,
+        intermediate_values=trial.intermediate_values,
+        system_attrs=trial.system_attrs,
+    )
+
+
+class _Wilcoxon(optuna.pruners.WilcoxonPruner):
+    """Optuna's, which gives up none before so many were played to the end."""
+
+    def __init__(self, pruner: Pruner) -> None:
+        super().__init__(n_startup_steps=pruner.warmup)
+        self._startup = pruner.startup
+
+    def prune(self, study: optuna.Study, trial: FrozenTrial) -> bool:
+        complete = study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,))
+        return len(complete) >= self._startup and super().prune(study, trial)
+
+
+def make_pruner(pruner: Pruner) -> BasePruner:
+    """Optuna's pruner of that name; seeds are its steps, from 0."""
+    if pruner.name == "median":
+        return optuna.pruners.MedianPruner(n_startup_trials=pruner.startup, n_warmup_steps=pruner.warmup - 1)
+    if pruner.name == "wilcoxon":
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # it is experimental
+            return _Wilcoxon(pruner)
+    return optuna.pruners.NopPruner()
+
+
+def best_place(places: Sequence[Slot]) -> Slot | None:
+    """The trial with the highest mean return over all seeds, the first among equals."""
+    complete = [place for place in places if place.state == "complete" and place.trial is not None]
+    return max(complete, key=lambda place: (_value(place), -place.number), default=None)
+
+
+def point_of(place: Slot) -> dict[str, Any]:
+    """A place's parameters and their values."""
+    return {} if place.trial is None else dict(place.trial.user_attrs.get(POINT, {}))
+
+
+def returns_of(place: Slot) -> list[float]:
+    """The return of each seed that was played there."""
+    return [] if place.trial is None else list(place.trial.user_attrs.get(RETURNS, []))
+
+
+def mean_of(returns: Sequence[float]) -> float:
+    return statistics.fmean(returns)
+
+
+def _value(place: Slot) -> float:
+    assert place.trial is not None
+    assert place.trial.value is not None
+    return place.trial.value
+
+
+def check_comparison(declaration: Declaration) -> None:
+    """Compose and build what the best is to be compared with; raises InputError."""
+    for overrides in declaration.held_out.against.values():
+        build_parts(declaration.compose([*declaration.base, *overrides]))
+
+
+def check_space(declaration: Declaration) -> None:
+    """Compose and build the ends of all ranges and all choices, before anything is played.
+
+    Raises
+    ------
+    InputError
+        If the task or the searcher cannot be played, or a value of a parameter cannot.
+    """
+    refusal = SearchJob(declaration).refusal
+    base = declaration.compose(declaration.base)
+    build_parts(base)
+    known = sorted({*flatten(base.config), *groups()})
+    for parameter in declaration.space:
+        if parameter.name not in known and not parameter.name.startswith("+"):
+            expected = f"there is no such setting of this task and searcher{nearest(parameter.name, known)}"
+            raise InputError(f"space.{parameter.name}", parameter.plain(), expected)
+    seen = set()
+    for point in diagonals(declaration.space):
+        if refusal(point) is None:
+            seen |= {(name, repr(value)) for name, value in point.items()}
+    for parameter, value, points in corners(declaration.space):
+        if (parameter.name, repr(value)) in seen:
+            continue
+        refusals: list[InputError] = []
+        for point in points:
+            if (found := refusal(point)) is None:
+                break
+            refusals.append(found)
+        else:
+            raise InputError(f"space.{parameter.name}", value, f"cannot be played: {refusals[0]}")

@@ -1,0 +1,126 @@
+"""What a person sees of a sweep: a line that moves in a terminal, a line a trial in a log, or nothing."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from origami_lab.experiment.progress_display import ANNOUNCE_COMPILATION_AFTER
+from origami_lab.sweep.studies import best_place, returns_of
+from origami_lab.sweep.trial_queue import Slot
+from origami_lab.text import command_text
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.status import Status
+
+
+class SweepDisplay:
+    """Says what has ended; in a terminal also how far it is, the best so far and the time left."""
+
+    def __init__(self, console: Console, quiet: bool, seeds: int) -> None:
+        self.console, self.quiet, self.seeds = console, quiet, seeds
+        self.stopping = False
+        """Whether workers are being told to leave what they play."""
+        self.told: set[int] = set()
+        self.compared: set[str] | None = None
+        """Settings of the comparison that were played; None before it begins."""
+        self.losses: dict[int, int] = {}
+        self.began = time.monotonic()
+        self.first = 0
+        """How many were done at the start."""
+        self.announced = False
+        self._status: Status | None = None
+
+    def __enter__(self) -> SweepDisplay:
+        if self.console.is_terminal and not self.console.is_dumb_terminal and not self.quiet:
+            self._status = self.console.status("starting")
+            self._status.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._status is not None:
+            self._status.stop()
+
+    def say(self, line: str) -> None:
+        """Show one line of text as it is."""
+        self.console.print(line, highlight=False, markup=False, soft_wrap=True)
+
+    def note(self, line: str) -> None:
+        """Show what can be done without."""
+        if not self.quiet:
+            self.say(line)
+
+    def resume(self, places: Sequence[Slot], asked: int) -> None:
+        """Take in what was done before, and how many trials this command asks for."""
+        self.told = {place.number for place in places if place.done}
+        self.losses = {place.number: place.losses for place in places}
+        self.first = len(self.told)
+        if self.told:
+            self.note(f"{self.first} of {len(places)} trials are done")
+        if len(places) > asked:
+            self.note(f"the study was given {len(places)} trials before, which trials={asked} does not take back")
+
+    def stopped(self, places: Sequence[Slot], command: Sequence[str]) -> None:
+        """Say how far it came before it was interrupted, and how it goes on."""
+        done = sum(place.done for place in places)
+        self.note(f"{done} of {len(places)} trials are done; to go on: {command_text(command)}")
+
+    def show(self, places: Sequence[Slot], warm: bool) -> None:
+        """Take in how it stands."""
+        waited = time.monotonic() - self.began
+        if not warm and not self.announced and waited > 2 * ANNOUNCE_COMPILATION_AFTER:
+            self.announced = True
+            self.note("loading the kernels; the first time on a machine they are compiled, which takes a minute")
+        for place in places:
+            if place.losses > self.losses.get(place.number, 0) and not place.done and not self.stopping:
+                self.note(f"trial {place.number}: its worker is gone; it is played again")
+            self.losses[place.number] = place.losses
+            if place.done and place.number not in self.told:
+                self.told.add(place.number)
+                self.note(self._line(place))
+        if self._status is not None:
+            self._status.update(self._progress(places))
+
+    def compare(self, settings: Mapping[str, Slot]) -> None:
+        """Show how far the comparison is."""
+        done = {name for name, place in settings.items() if place.done}
+        if self.compared is None:
+            self.compared = done
+            if settings.keys() - done:
+                self.note(f"comparing on held-out seeds: {', '.join(settings)}")
+        for name in done - self.compared:
+            trial = settings[name].trial
+            value = f"mean return {trial.value:.4f}" if trial is not None and trial.value is not None else "failed"
+            self.note(f"{name}: {settings[name].reason or value} on held-out seeds")
+        self.compared |= done
+        if self._status is not None:
+            self._status.update(f"comparing on held-out seeds: {len(done)} of {len(settings)} settings played")
+
+    def _line(self, place: Slot) -> str:
+        trial = place.trial
+        if trial is None or place.state == "failed":
+            return f"trial {place.number}: {place.reason}"
+        played = len(returns_of(place))
+        pruned = f", given up after {played} of {self.seeds} seeds: {place.reason}" if place.state == "pruned" else ""
+        again = f", interrupted {place.losses}×" if place.losses else ""
+        return f"trial {place.number}: {trial.value:.4f}{pruned}{again}"
+
+    def _progress(self, places: Sequence[Slot]) -> str:
+        done = sum(place.done for place in places)
+        running = sum(place.state == "running" for place in places)
+        parts = [f"{done} of {len(places)} trials done", f"{running} running"]
+        best = best_place(places)
+        if best is not None and best.trial is not None:
+            parts.append(f"best {best.trial.value:.4f} (trial {best.number})")
+        if done > self.first:
+            left = (time.monotonic() - self.began) / (done - self.first) * (len(places) - done)
+            parts.append(f"about {_duration(left)} left")
+        return " · ".join(parts)
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"

@@ -1,0 +1,253 @@
+"""origami_lab/targets/mesh_target.py."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from origami_lab.errors import InputError
+from origami_lab.targets.mesh_reader import Array, Indices, read_mesh, used
+from origami_lab.targets.target import Target
+
+
+def mesh(
+    path: str | Path,
+    scale: float = 1.0,
+    rotate: Sequence[float] = (0.0, 0.0, 0.0),
+    translate: Sequence[float] = (0.0, 0.0, 0.0),
+    fit: Literal["board"] | None = None,
+    align_z: bool | Sequence[float] = False,
+    closed: Literal["auto"] | bool = "auto",
+    board_size: int = 25,
+    max_faces: int = 200_000,
+    name: str | None = None,
+) -> Target:
+    """A target from a mesh file: see :func:`origami_lab.targets.mesh_target.load_mesh` for all parameters.
+
+    Raises
+    ------
+    InputError
+        If the file or a setting is unusable; one line that says why.
+    """
+    vertices, faces, is_closed, units = load_mesh(
+        path, scale, rotate, translate, fit, align_z, closed, board_size, max_faces
+    )
+    return Target(Path(path).stem if name is None else name, vertices, faces, is_closed, units)
+
+
+MOST_FACES = 10_000_000
+"""The largest ``max_faces``: such a mesh takes gigabytes."""
+
+
+FIT_SHARE = 0.8
+"""``fit=board`` uses this share of the sheet's half-width."""
+
+
+def load_mesh(
+    path: str | Path,
+    scale: float = 1.0,
+    rotate: Sequence[float] = (0.0, 0.0, 0.0),
+    translate: Sequence[float] = (0.0, 0.0, 0.0),
+    fit: str | None = None,
+    align_z: bool | Sequence[float] = False,
+    closed: str | bool = "auto",
+    board_size: int = 25,
+    max_faces: int = 200_000,
+) -> tuple[Array, Indices, bool, float]:
+    """Read a mesh and place it; the steps are done in the order rotate, fit, scale, translate, align_z.
+
+    Parameters
+    ----------
+    path
+        A file trimesh reads (STL, OBJ, PLY, OFF, GLB, GLTF, ...); several bodies are taken together. Equal
+        vertices are welded, triangles without area are dropped.
+    scale
+        Positive factor about the origin: board units per unit of the file or, with ``fit``, a factor on
+        what fits.
+    rotate
+        Degrees about the fixed x, then y, then z axis, about the origin of the file.
+    translate
+        Board units along x, y, z.
+    fit
+        ``"board"``: the bounding box is centred over the origin with its lowest point at z = 0 and scaled
+        uniformly until half its longer side in x and y plus its height is 0.8 of the board's half-width,
+        (N−1)/2. No point gets further from the middle of the sheet by folding, and walls use up paper: so a
+        flat shape gets 0.8 of the board, a tall one less. (The paper's bowl and cube have 0.79 and 0.75.)
+    align_z
+        ``True`` moves the mesh along z until its highest point on the z axis is at z = 0, as the paper does
+        for its face; ``(x, y)`` does so above that point of the board.
+    closed
+        Whether it bounds a solid (see ``Target``). ``"auto"``: if it is watertight.
+    board_size
+        N of the N×N board, for ``fit`` and for what is an absurd scale.
+    max_faces
+        More triangles than this are refused.
+
+    Returns
+    -------
+    vertices (V, 3), faces (F, 3), closed, and units of the file per board cell
+
+    Raises
+    ------
+    InputError
+        If a setting is wrong; if the file cannot be read (see :func:`read_mesh`) or has no area; if it is open
+        where ``closed=True``; if the result is smaller than a tenth of a board cell, larger than two boards, or
+        further away than that.
+    """
+    # settings first: they are cheap to check
+    if not (_is_number(scale) and scale > 0.0):
+        raise InputError("target.scale", scale, "must be a positive number")
+    angles = _numbers("target.rotate", rotate, 3, "three angles in degrees about x, y, z, e.g. [90,0,0]")
+    shift = _numbers("target.translate", translate, 3, "three lengths in board units, e.g. [0,0,-1]")
+    if fit not in (None, "board"):
+        raise InputError("target.fit", fit, "must be board or null")
+    if not (isinstance(path, str | Path) and str(path).strip()):
+        raise InputError("target.path", path, "must be a mesh file: target.path=part.stl")
+    if isinstance(max_faces, bool) or not isinstance(max_faces, int) or not 1 <= max_faces <= MOST_FACES:
+        raise InputError("target.max_faces", max_faces, f"must be a whole number from 1 to {MOST_FACES}")
+    if (isinstance(closed, float | int) and not isinstance(closed, bool)) or closed not in ("auto", True, False):
+        raise InputError("target.closed", closed, "must be auto, true or false")
+    place = alignment_point(align_z)
+
+    vertices, faces = read_mesh(Path(path), max_faces)
+    vertices, faces = _weld(vertices, faces)
+    if len(faces) == 0:
+        raise InputError("target.path", path, "its triangles have no area")
+    vertices = vertices @ _rotation(angles).T
+    cells_per_unit = float(scale)
+    if fit == "board":
+        vertices, factor = _fit(vertices, FIT_SHARE * 0.5 * (board_size - 1))
+        cells_per_unit *= factor
+    vertices = vertices * scale + shift
+    if place is not None:
+        vertices[:, 2] -= surface_height(vertices[faces], place, path)
+
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    size = float((high - low).max())
+    limit = 2.0 * (board_size - 1)  # no sheet on the board covers more
+    if not 0.1 <= size <= limit:
+        raise InputError(
+            "target.scale",
+            scale,
+            f"makes the mesh {size:.3g} cells large on a board of {board_size - 1}: must be 0.1 to {limit:g}"
+            " (target.fit=board chooses a scale)",
+        )
+    away = float(np.maximum(np.maximum(low, -high), 0.0).max())
+    if away > limit:
+        raise InputError(
+            "target.translate",
+            list(map(float, shift)),
+            f"the mesh is {away:.3g} cells from the board: try target.fit=board",
+        )
+    open_edges = count_open_edges(faces)
+    if closed is True and open_edges > 0:
+        raise InputError(
+            "target.closed", closed, f"{path} has {open_edges} open edges: repair it, or choose auto or false"
+        )
+    is_closed = open_edges == 0 if closed == "auto" else bool(closed)
+    return vertices, faces, is_closed, 1.0 / cells_per_unit
+
+
+def count_open_edges(faces: Indices) -> int:
+    """The number of edges with an odd number of (F, 3) faces: 0 means watertight, so it has an inside."""
+    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    _, counts = np.unique(edges, axis=0, return_counts=True)
+    return int((counts % 2 == 1).sum())
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _numbers(field: str, values: Sequence[float] | str, count: int, expected: str) -> Array:
+    """``count`` finite numbers, or an :class:`InputError`."""
+    try:
+        items = list(values)
+    except TypeError:
+        items = []
+    if isinstance(values, str) or len(items) != count or not all(map(_is_number, items)):
+        raise InputError(field, values, f"must be {expected}")
+    return np.array(items, dtype=np.float64)
+
+
+def _weld(vertices: Array, faces: Indices) -> tuple[Array, Indices]:
+    """Join vertices that agree within 1e-9 of the size (STL repeats them, OBJ at seams); drop empty faces."""
+    low = vertices.min(axis=0)
+    size = float((vertices.max(axis=0) - low).max())
+    if size == 0.0:
+        return vertices, faces[:0]
+    _, first, index = np.unique(
+        np.round((vertices - low) / (1e-9 * size)).astype(np.int64),
+        axis=0,
+        return_index=True,
+        return_inverse=True,
+    )
+    vertices, faces = vertices[first], index.reshape(-1)[faces].astype(np.int64)
+    a, b, c = np.moveaxis((vertices - low)[faces] / size, 1, 0)
+    double_areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    distinct = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
+    if not double_areas.sum() > 1e-12:
+        return vertices, faces[:0]
+    # slivers stay: without them the mesh would have a gap
+    return used(vertices, faces[distinct])
+
+
+def _rotation(degrees: Array) -> Array:
+    """About the fixed axes x, then y, then z. Quarter turns are exact."""
+    result = np.eye(3)
+    for axis, angle in enumerate(degrees):
+        quarter = angle / 90.0
+        if quarter == round(quarter):
+            cos, sin = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[round(quarter) % 4]
+        else:
+            cos, sin = math.cos(math.radians(angle)), math.sin(math.radians(angle))
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        turn = np.eye(3)
+        turn[i, i] = turn[j, j] = cos
+        turn[j, i], turn[i, j] = sin, -sin
+        result = turn @ result
+    return result
+
+
+def _fit(vertices: Array, reach: float) -> tuple[Array, float]:
+    """Centred over the origin, standing on z = 0, half the xy extent plus the height scaled to ``reach``; by what."""
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    width, depth, height = high - low
+    base = np.array([0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), low[2]])
+    factor = float(reach / (0.5 * max(width, depth) + height))
+    return (vertices - base) * factor, factor
+
+
+def alignment_point(align_z: bool | Sequence[float]) -> Array | None:
+    """The point (x, y) that ``target.align_z`` names, the origin for true, None for false; raises InputError."""
+    if not isinstance(align_z, bool):
+        return _numbers("target.align_z", align_z, 2, "true, false or a point [x,y] of the board")
+    return np.zeros(2) if align_z else None
+
+
+def surface_height(triangles: Array, place: Array, path: object) -> float:
+    """The largest z of the surface on the vertical line through ``place`` (x, y); touching an edge counts."""
+    flat = triangles[:, :, :2] - place
+    a, b, c = np.moveaxis(flat, 1, 0)
+    weights = np.stack([_cross(b, c), _cross(c, a), _cross(a, b)], axis=1)
+    area = weights.sum(axis=1)
+    extent = np.abs(triangles).max() + np.abs(place).max()
+    usable = np.abs(area) > 1e-12 * extent * extent
+    weights = weights[usable] / area[usable, None]
+    hit = (weights >= -1e-9).all(axis=1)
+    if not hit.any():
+        x, y = map(float, place)
+        raise InputError(
+            "target.align_z",
+            [x, y],
+            f"no part of {path} is above or below this point; choose another one",
+        )
+    return float((weights[hit] * triangles[usable][hit][:, :, 2]).sum(axis=1).max())
+
+
+def _cross(u: Array, v: Array) -> Array:
+    return np.asarray(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])

@@ -1,0 +1,255 @@
+"""Which pairs of panel triangles may cross, and what of them is excluded over an interval of the motion.
+
+Seen from the first panel of a pair the corners of the other move along smooth curves. Over an interval they are
+replaced by the cubics through their positions and velocities at its ends, which lie in the hull of four control points
+each; what the cubics miss is taken as ``SAFETY`` times what they miss in the middle, where a smooth curve is missed
+most. One plane that has all of this on one side and the first triangle on the other excludes a crossing everywhere
+in the interval. Of triangles that share a vertex the cones over their far sides are parted in the same way. Panels that
+share a crease, each wholly on its side of it, cannot cross as long as the crease folds by less than 180°.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from origami_lab.verification.linkage import Linkage, State
+from origami_lab.verification.plane_graph import Array, Indices, cross
+from origami_lab.verification.sliding_contact import sliding_gap
+from origami_lab.verification.triangle_separation import crossing_depth, gaps, least, separating, separating_cones
+
+SAFETY = 8.0
+_AT_A_TIME = 4096
+_PAIRS = 400_000
+"""More pairs than this that are close to each other are not looked at one by one."""
+
+_AROUND = 200
+"""More triangles than this around one vertex neither."""
+
+
+class CrowdedError(Exception):
+    """More pairs of panels are close to each other than can be checked."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pairs:
+    """N pairs of triangles, each turned so that a shared vertex is corner 0 of both."""
+
+    first: Indices
+    """(N, 3) corners, vertex numbers."""
+    second: Indices
+    panels: Indices
+    """(N, 2)"""
+    hinged: bool
+    """Whether the pairs share a vertex."""
+
+    def __len__(self) -> int:
+        return len(self.panels)
+
+    def take(self, which: NDArray[np.bool_] | Indices | slice) -> Pairs:
+        """Some of the pairs."""
+        return Pairs(self.first[which], self.second[which], self.panels[which], self.hinged)
+
+    def parts(self) -> Iterator[Pairs]:
+        """All pairs, a bounded number at a time: what is worked out for them takes some kilobytes each."""
+        for start in range(0, len(self), _AT_A_TIME):
+            yield self.take(slice(start, start + _AT_A_TIME))
+
+
+class Neighbourhood:
+    """The pairs of a linkage's triangles that need a look."""
+
+    def __init__(self, linkage: Linkage, held: NDArray[np.bool_]) -> None:
+        self.linkage, self.sheet = linkage, linkage.sheet
+        sheet = self.sheet
+        self.bodies = _bodies(len(sheet.faces), sheet.beside[sheet.inner & held])
+        parted = {tuple(sorted(sheet.beside[e])) for e in np.flatnonzero(sheet.inner & ~held) if self._on_sides(int(e))}
+        count = len(sheet.triangles)
+        corner_of = [np.flatnonzero((sheet.triangles == v).any(axis=1)) for v in range(len(sheet.points))]
+        rows, touching = [], set()
+        for v, around in enumerate(corner_of):
+            if len(around) > _AROUND:
+                raise CrowdedError
+            for at, i in enumerate(around):
+                for j in around[at + 1 :]:
+                    pair = (int(i), int(j))
+                    p, q = sheet.owner[i], sheet.owner[j]
+                    if pair in touching:
+                        continue
+                    touching.add(pair)
+                    if self.bodies[p] == self.bodies[q] or (min(p, q), max(p, q)) in parted:
+                        continue
+                    if len(np.intersect1d(sheet.triangles[i], sheet.triangles[j])) > 1:
+                        continue  # on both sides of a crease
+                    rows.append((pair, v))
+        self.neighbours = Pairs(
+            np.array([_from(sheet.triangles[pair[0]], v) for pair, v in rows], dtype=np.int64).reshape(-1, 3),
+            np.array([_from(sheet.triangles[pair[1]], v) for pair, v in rows], dtype=np.int64).reshape(-1, 3),
+            sheet.owner[np.array([pair for pair, _ in rows], dtype=np.int64).reshape(-1, 2)],
+            True,
+        )
+        self._skip = np.zeros((count, count), dtype=np.bool_)
+        if touching:
+            some = np.array(sorted(touching))
+            self._skip[some[:, 0], some[:, 1]] = True
+        self._parted = np.zeros((len(sheet.faces), len(sheet.faces)), dtype=np.bool_)
+        for p, q in parted:
+            self._parted[p, q] = self._parted[q, p] = True
+
+    def _on_sides(self, e: int) -> bool:
+        """Whether the two panels of a crease lie wholly on their sides of its line, on the flat sheet."""
+        sheet = self.sheet
+        u, v = sheet.points[sheet.edges[e]]
+        along = (v - u) / np.linalg.norm(v - u)
+        for panel, sign in zip(sheet.beside[e], (1.0, -1.0), strict=True):
+            rel = sheet.points[list(sheet.faces[panel])] - u
+            if np.min(sign * (along[0] * rel[:, 1] - along[1] * rel[:, 0])) < -1e-9 * sheet.size:
+                return False
+        return True
+
+    def close(self, low: Array, high: Array) -> Pairs:
+        """The pairs without a common vertex whose boxes (T, 3), (T, 3) overlap."""
+        sheet, found, total = self.sheet, [], 0
+        for start in range(0, len(low), 256):
+            rows = slice(start, start + 256)
+            near = ~self._skip[rows]
+            near &= np.arange(len(low)) > np.arange(start, start + len(near))[:, None]
+            for axis in range(3):
+                near &= (low[rows, None, axis] <= high[None, :, axis]) & (high[rows, None, axis] >= low[None, :, axis])
+            i, j = np.nonzero(near)
+            p, q = sheet.owner[i + start], sheet.owner[j]
+            keep = (self.bodies[p] != self.bodies[q]) & ~self._parted[p, q]
+            found.append(np.column_stack([i + start, j])[keep])
+            total += len(found[-1])
+            if total > _PAIRS:
+                raise CrowdedError
+        pairs = np.concatenate(found)
+        return Pairs(sheet.triangles[pairs[:, 0]], sheet.triangles[pairs[:, 1]], sheet.owner[pairs], False)
+
+    # where the corners are
+
+    def corners(self, state: State) -> Array:
+        """(T, 3, 3) positions in space."""
+        sheet = self.sheet
+        flat = self.linkage.flat[sheet.triangles]
+        return np.asarray(flat @ state.turn[sheet.owner].transpose(0, 2, 1) + state.shift[sheet.owner][:, None])
+
+    def velocities(self, state: State) -> Array:
+        """(T, 3, 3) velocities of the corners in space."""
+        sheet = self.sheet
+        arm = self.linkage.flat[sheet.triangles] @ state.turn[sheet.owner].transpose(0, 2, 1)
+        return np.asarray(cross(state.spin[sheet.owner][:, None], arm) + state.drift[sheet.owner][:, None])
+
+    def first(self, pairs: Pairs) -> Array:
+        """(N, 3, 3) the first triangles, flat: they stay in their panel's frame."""
+        return self.linkage.flat[pairs.first]
+
+    def second(self, pairs: Pairs, state: State) -> tuple[Array, Array]:
+        """(N, 3, 3) positions and velocities of the second triangles seen from the first panels."""
+        p, q = pairs.panels.T
+        flat = self.linkage.flat[pairs.second]
+        arm = flat @ state.turn[q].transpose(0, 2, 1)
+        rel = arm + (state.shift[q] - state.shift[p])[:, None]
+        # from the panel x = T·X + s:  X' = Tᵀ(ẋ − ṡ − ω × (x − s))
+        speed = cross(state.spin[q][:, None], arm) + (state.drift[q] - state.drift[p])[:, None]
+        speed -= cross(state.spin[p][:, None], rel)
+        return rel @ state.turn[p], speed @ state.turn[p]
+
+    def depth(self, pairs: Pairs, state: State) -> Array:
+        """(N,) how far the triangles reach into each other at one state; positive: they cross."""
+        work = [crossing_depth(self.first(part), self.second(part, state)[0]) for part in pairs.parts()]
+        return np.concatenate([np.empty(0), *work])
+
+    def gap(self, pairs: Pairs, state: State) -> Array:
+        """(N,) distances at one state; of pairs that share a vertex, how far apart the cones are (their unit sides)."""
+        work = [_apart(part.hinged, self.first(part), self.second(part, state)[0])[0] for part in pairs.parts()]
+        return np.concatenate([np.empty(0), *work])
+
+    def sliding(self, pairs: Pairs, a: State, m: State, b: State) -> Array:
+        """(N,) the gap that a plane shows which moves along with two touching sides, over a whole interval."""
+        work = []
+        for part in pairs.parts():
+            controls, error = self._course(part, a, m, b)
+            work.append(sliding_gap(self.first(part), controls.reshape(-1, 4, 3, 3), error))
+        return np.concatenate([np.empty(0), *work])
+
+    def _course(self, pairs: Pairs, a: State, m: State, b: State) -> tuple[Array, Array]:
+        """(N, 12, 3) control points of the second triangles over an interval, (N,) how far they may be off."""
+        h = b.driving - a.driving
+        (q0, v0), (q1, v1) = self.second(pairs, a), self.second(pairs, b)
+        missed = (q0 + q1) / 2.0 + h / 8.0 * (v0 - v1) - self.second(pairs, m)[0]
+        error = SAFETY * np.sqrt(np.einsum("nkj,nkj->nk", missed, missed).max(axis=1))
+        return np.concatenate([q0, q0 + h / 3.0 * v0, q1 - h / 3.0 * v1, q1], axis=1), error
+
+    def parted(self, pairs: Pairs, a: State, m: State, b: State) -> tuple[Array, Array]:
+        """Whether a plane parts the triangles over a whole interval.
+
+        Returns
+        -------
+        gap, apart
+            (N,) what is left beside the best plane after all errors, as distance or, for pairs that share a vertex,
+            for unit sides of the cones; (N, 3) how far apart they are at the three states (:meth:`gap`).
+        """
+        work = [self._parted_part(part, a, m, b) for part in pairs.parts()]
+        return (
+            np.concatenate([np.empty(0), *(gap for gap, _ in work)]),
+            np.concatenate([np.empty((0, 3)), *(apart for _, apart in work)]),
+        )
+
+    def _parted_part(self, pairs: Pairs, a: State, m: State, b: State) -> tuple[Array, Array]:
+        controls, error = self._course(pairs, a, m, b)
+        p, middle = self.first(pairs), self.second(pairs, m)[0]
+        # the three states in one go: for a few pairs it is the calls that take time
+        q = np.concatenate([controls[:, :3], middle, controls[:, 9:]])
+        distances, shown = _apart(pairs.hinged, np.tile(p, (3, 1, 1)), q)
+        apart, found = distances.reshape(3, -1).T, shown.reshape(3, -1, 3)
+        directions = _blend(p, middle, found)
+        if not pairs.hinged:
+            return gaps(directions, p, controls).max(axis=1) - error, apart
+        length = np.linalg.norm(middle[:, 1:] - middle[:, :1], axis=2)
+        moving = controls.reshape(-1, 4, 3, 3)[:, :, 1:] - p[:, None, :1]
+        moving = (moving / length[:, None, :, None]).reshape(-1, 8, 3)
+        sides = p[:, 1:] - p[:, :1]
+        one = least(directions, sides / np.linalg.norm(sides, axis=2)[..., None])
+        other = least(-directions, moving) - (error / length.min(axis=1))[:, None]
+        smaller = np.minimum(one, other)
+        # one cone may lie in the plane as long as the other one keeps clear of it
+        return np.where(smaller >= -1e-13, one + other, smaller).max(axis=1), apart
+
+
+def _apart(hinged: bool, p: Array, q: Array) -> tuple[Array, Array]:
+    """How far apart triangles, or cones from corner 0, are, at least 0, and the direction that shows it."""
+    distance, direction = separating_cones(p[:, 1:] - p[:, :1], q[:, 1:] - q[:, :1]) if hinged else separating(p, q)
+    return np.maximum(distance, 0.0), direction
+
+
+def _blend(p: Array, q: Array, found: Array) -> Array:
+    """Directions to try over an interval: what parts at its ends and middle, their means, and the normals."""
+    normals = [cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]) for t in (p, q)]
+    means = [found[0] + found[2], found[0] + 2.0 * found[1] + found[2]]
+    directions = np.stack([*found, *means, *normals, *(-normal for normal in normals)], axis=1)
+    length = np.linalg.norm(directions, axis=2)
+    usable = length > 1e-9 * length.max(axis=1, keepdims=True)
+    unit = directions / np.where(usable, length, 1.0)[..., None]
+    return np.asarray(np.where(usable[..., None], unit, unit[:, :1]))
+
+
+def _from(triangle: Indices, vertex: int) -> Indices:
+    """The corners in turn from a vertex on."""
+    return np.roll(triangle, -int(np.flatnonzero(triangle == vertex)[0]))
+
+
+def _bodies(count: int, joined: Indices) -> Indices:
+    """(F,) the rigid body of each panel, panels being joined over creases that do not fold."""
+    body = np.arange(count)
+    changed = True
+    while changed:
+        before = body.copy()
+        np.minimum.at(body, joined[:, 0], body[joined[:, 1]])
+        np.minimum.at(body, joined[:, 1], body[joined[:, 0]])
+        body = body[body]
+        changed = bool((body != before).any())
+    return body

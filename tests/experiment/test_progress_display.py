@@ -1,0 +1,129 @@
+"""What is shown while trials run."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+from rich.console import Console
+
+from origami_lab.experiment import progress_display as progress
+from origami_lab.experiment.progress_display import LiveDisplay, PlainDisplay, QuietDisplay, make_display
+from origami_lab.experiment.trial import Progress
+from origami_lab.experiment.trial_pool import Started, Tick
+from origami_lab.experiment.trial_worker import Failed, Finished
+
+ROW = {"seed": 3, "interactions": 100, "return": -0.5, "status": "ok", "interactions_per_second": 50.0}
+EVENTS = (
+    Started(3),
+    Tick(),
+    Progress(3, 10, None),
+    Progress(3, 60, -1.25),
+    Finished(3, ROW, ["no motion.gif: the pen broke"]),
+    Started(4),
+    Failed(4, "RuntimeError: [red] herring", "Traceback ..."),
+)
+
+
+def shown(terminal: bool, monkeypatch: pytest.MonkeyPatch, verbosity: str = "normal") -> str:
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setattr(progress, "LINE_EVERY", 0.0)
+    out = io.StringIO()
+    console = Console(file=out, force_terminal=terminal, width=100)
+    with make_display(console, verbosity, [3, 4], 100) as display:
+        for event in EVENTS:
+            display.show(event)
+        display.say("[bold] is not markup")
+    return out.getvalue()
+
+
+def test_plain_lines_for_a_log(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = shown(False, monkeypatch)
+    assert "\x1b" not in text
+    assert "seed 3: 60 of 100 interactions" in text
+    assert "best -1.2500" in text
+    assert "seed 3: 100 of 100 interactions, 50/s, best -0.5000, ok" in text
+    assert "warning: seed 3: no motion.gif: the pen broke" in text
+    assert "RuntimeError: [red] herring" in text
+    assert "[bold] is not markup" in text
+
+
+def test_a_table_for_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = shown(True, monkeypatch)
+    assert "trials done" in text
+    assert "best" in text
+
+
+def test_quiet_shows_only_what_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert shown(False, monkeypatch, "quiet") == "[bold] is not markup\n"
+
+
+def test_compilation_is_announced_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(progress, "ANNOUNCE_COMPILATION_AFTER", 0.0)
+    text = shown(False, monkeypatch)
+    assert text.count("compiling the kernels") == 1
+    assert text.count("compiled in") == 1
+
+
+def test_the_display_fits_where_the_output_goes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TERM", "xterm")
+    log, terminal = Console(file=io.StringIO()), Console(file=io.StringIO(), force_terminal=True)
+    assert type(make_display(log, "normal", [0], 1)) is PlainDisplay
+    assert type(make_display(terminal, "normal", [0], 1)) is LiveDisplay
+    assert type(make_display(terminal, "quiet", [0], 1)) is QuietDisplay
+    monkeypatch.setenv("TERM", "dumb")
+    assert type(make_display(terminal, "normal", [0], 1)) is PlainDisplay
+
+
+def test_drawing_is_said_once_and_no_design_has_no_return(monkeypatch: pytest.MonkeyPatch) -> None:
+    out = io.StringIO()
+    with make_display(Console(file=out, width=100), "normal", [3], 100) as display:
+        for event in (Started(3), Progress(3, 100, None), Progress(3, 100, None)):
+            display.show(event)
+        display.show(Finished(3, {**ROW, "return": -24.0, "status": "no design"}, []))
+    assert out.getvalue().count("drawing its pictures") == 1
+    assert "seed 3: 100 interactions, 50/s, no design\n" in out.getvalue()
+    assert "-24" not in out.getvalue()
+
+
+def test_a_trial_without_pictures_draws_none() -> None:
+    log, terminal = (Console(file=io.StringIO(), force_terminal=live, width=100) for live in (False, True))
+    for console in (log, terminal):
+        with make_display(console, "normal", [3], 100, draws=False) as display:
+            for event in (Started(3), Progress(3, 100, -1.0)):
+                display.show(event)
+            if isinstance(display, LiveDisplay):
+                console.print(display._table())
+            display.show(Finished(3, ROW, []))
+        text = console.file.getvalue()  # type: ignore[attr-defined]
+        assert "seed 3: 100 of 100" in text or "writing" in text
+        assert "drawing" not in text
+
+
+def test_notes_are_not_for_the_quiet() -> None:
+    out = io.StringIO()
+    for verbosity in ("quiet", "normal"):
+        make_display(Console(file=out), verbosity, [3], 100).note(verbosity)
+    assert out.getvalue() == "normal\n"
+
+
+def test_a_narrow_terminal_keeps_what_matters() -> None:
+    out = io.StringIO()
+    console = Console(file=out, force_terminal=True, width=40)
+    display = LiveDisplay(console, [3], 100)
+    for event in (Started(3), Progress(3, 60, -1.25)):
+        display.show(event)
+    console.print(display._table())
+    line = next(line for line in out.getvalue().splitlines() if "-1.2500" in line)
+    assert "running" in line
+    assert "60" in line
+
+
+def test_many_trials_fit_a_screen() -> None:
+    out = io.StringIO()
+    display = LiveDisplay(Console(file=out, force_terminal=True, width=100), range(500), 100)
+    for seed in range(300):
+        display.show(Finished(seed, {**ROW, "seed": seed}, []))
+    for seed in range(300, 304):
+        display.show(Started(seed))
+    assert display._table().row_count == progress.SHOWN

@@ -1,0 +1,163 @@
+"""Masks against brute force: legal is what leaves the orbit's sheet a simple polygon and the vertex solvable."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from origami_lab.game.game import Game
+from origami_lab.game.kernels.state import NOT_FOLDABLE, RUNNING, States
+from origami_lab.game.start_patterns import Crease, Square, Start
+from tests.oracles import BoardSheet, Point
+
+ROUNDING = 1e-7
+"""Where the spherical triangle exists by less than this either answer is right."""
+
+
+class Comparison:
+    """A game and the oracle played side by side."""
+
+    def __init__(self, game: Game, oracle: BoardSheet) -> None:
+        self.game, self.oracle = game, oracle
+        self.states, self.spare = game.new_states(1), game.new_states(1)
+        self.chosen: list[Point] = []
+
+    def points(self, actions: set[int], offset: int) -> set[Point]:
+        inside = (a - offset for a in actions if offset <= a < offset + self.game.rules.points)
+        n, half = self.game.board_size, self.game.rules.half
+        return {(a % n - half, a // n - half) for a in inside}
+
+    def compare(self, actions: set[int]) -> None:
+        n, oracle = self.game.rules.points, self.oracle
+        if self.chosen:
+            self.compare_locations(self.points(actions, 2 * n))
+            return
+        leaves = oracle.selectable()
+        assert self.points(actions, 0) == leaves == self.points(actions, n)
+        assert (3 * n in actions) == oracle.extended
+        ends = {end for _, end in oracle.sources()}
+        assert {"start" for a in actions if a in (3 * n + 1, 3 * n + 2)} == ends & {"start"}
+        assert {"end" for a in actions if a in (3 * n + 3, 3 * n + 4)} == ends & {"end"}
+
+    def compare_locations(self, legal: set[Point]) -> None:
+        oracle, (v, *children) = self.oracle, self.chosen
+        if not children:
+            assert legal == oracle.first(v)
+        elif len(children) == 1:
+            assert legal == oracle.second(v, children[0])
+        else:
+            a, b = children
+            fits = oracle.third(v, a, b)
+            sheet, rho = self.game.sheet(self.states), float(self.game.angles[0])
+            slack = {c: oracle.triangle_slack(sheet, rho, v, a, b, c) for c in fits}
+            if opposite(v, a, b):
+                mode = int(self.states[0]["mode"])
+                opens = {c: mode * oracle.opens_towards(sheet, rho, v, a, b, c) for c in fits}
+                slack = {c: min(slack[c], opens[c]) for c in fits}
+            assert legal <= {c for c in fits if slack[c] > -ROUNDING}
+            if legal or not is_straight(v, a, b):
+                assert legal >= {c for c in fits if slack[c] > ROUNDING}
+
+    def play(self, action: int) -> None:
+        """Play on both; an extension that cannot fold is taken back."""
+        game, oracle, n = self.game, self.oracle, self.game.rules.points
+        sheet = self.states[0]
+        point = next(iter(self.points({action}, 0) | self.points({action}, n) | self.points({action}, 2 * n)), None)
+        if action > 3 * n + 4:
+            option = action - 3 * n - 5
+            value, sign = int(game.rules.record["first_placement"][0]) + option // 2, 1 if option % 2 else -1
+            (oracle.place_square if isinstance(game.start, Square) else oracle.place_crease)(value, sign)
+        elif action > 3 * n:
+            option = action - 3 * n - 1
+            end = ("start", "end")[option // 2]
+            v = next(w for w, side in oracle.sources() if side == end)
+            prev, following = oracle.neighbours(v)
+            oracle.lay_source(*((prev, v) if end == "start" else (v, following)), 1 if option % 2 else -1)
+        elif point is not None:
+            if not self.chosen:
+                self.spare = self.states.copy()
+            self.chosen.append(point)
+            v = self.chosen[0]
+            if len(self.chosen) == 2 and oracle.axes(v):
+                image = mirror_image(oracle, v, point)
+                self.chosen = [v, point, image] if oracle.near_side(v) == "prev" else [v, image, point]
+        game.play(self.states, action)
+        if len(self.chosen) == 4:
+            v, a, b, c = self.chosen
+            self.chosen = []
+            if sheet["status"] == NOT_FOLDABLE:
+                self.states = self.spare
+            else:
+                oracle.extend(v, a, b, c)
+
+
+def is_straight(v: Point, a: Point, b: Point) -> bool:
+    """Whether a and b lie on one line through v: then one of the two modes does not fold from the flat sheet."""
+    ax, ay, bx, by = a[0] - v[0], a[1] - v[1], b[0] - v[0], b[1] - v[1]
+    return ax * by == ay * bx and ax * bx + ay * by < 0
+
+
+def opposite(v: Point, a: Point, b: Point) -> bool:
+    ax, ay, bx, by = a[0] - v[0], a[1] - v[1], b[0] - v[0], b[1] - v[1]
+    return ax * by == ay * bx and ax * bx + ay * by < 0
+
+
+def mirror_image(oracle: BoardSheet, v: Point, q: Point) -> Point:
+    a, b, c, d = oracle.axes(v)[0]
+    return a * q[0] + b * q[1], c * q[0] + d * q[1]
+
+
+STARTS: list[tuple[str, Start]] = [(symmetry, Square("choose")) for symmetry in ("none", "y", "x", "xy", "xyd")]
+STARTS += [(symmetry, Crease("choose")) for symmetry in ("none", "y")]
+
+
+@pytest.mark.parametrize(("symmetry", "start"), STARTS, ids=[f"{s}-{type(t).__name__.lower()}" for s, t in STARTS])
+@pytest.mark.parametrize(("board", "length"), [(7, None), (9, None), (9, 2.0), (11, 2.9)])
+def test_masks_equal_brute_force(symmetry: str, start: Start, board: int, length: float | None) -> None:
+    compare_masks(symmetry, start, board, length, episodes=5, seed=1)
+
+
+def compare_masks(symmetry: str, start: Start, board: int, length: float | None, episodes: int, seed: int) -> int:
+    rng = np.random.default_rng(seed)
+    game = Game(board, symmetry, start, max_crease_length=length)
+    compared = 0
+    for _ in range(episodes):
+        both = Comparison(game, BoardSheet(game.rules.half, symmetry, length))
+        for step in range(80):
+            actions = game.legal(both.states)
+            if step:
+                both.compare({int(a) for a in actions})
+                compared += 1
+            choices = [int(a) for a in actions if a != 3 * game.rules.points]
+            if not choices or both.states[0]["status"] != RUNNING:
+                break
+            both.play(int(rng.choice(choices)))
+    return compared
+
+
+def snapshot(states: States) -> bytes:
+    return states.tobytes()
+
+
+@pytest.mark.parametrize("symmetry", ["none", "y", "xyd"])
+def test_step_accepts_what_the_mask_allows_and_nothing_else(symmetry: str) -> None:
+    """Design page, section 9, item 8."""
+    rng = np.random.default_rng(3)
+    game = Game(7, symmetry, Square("choose"), capacity=24)
+    for _ in range(2):
+        states = game.new_states(1)
+        for _ in range(40):
+            legal = game.legal(states)
+            before = snapshot(states)
+            for action in range(-2, game.rules.n_actions + 2):
+                if action in legal:
+                    trial = states.copy()
+                    game.play(trial, action)
+                    assert int(trial["n_actions"][0]) == int(states["n_actions"][0]) + 1
+                else:
+                    with pytest.raises(ValueError, match="not legal"):
+                        game.play(states, action)
+                    assert snapshot(states) == before
+            if not len(legal):
+                break
+            game.play(states, int(rng.choice(legal)))

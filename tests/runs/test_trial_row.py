@@ -1,0 +1,147 @@
+"""The table of trials."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rich.console import Console
+
+from origami_lab.experiment.terminal_table import certificate_lines, hint, summary_table
+from origami_lab.runs.trial_row import COLUMNS, KINDS, VERDICTS, TrialRow, best_row, format_trials, read_trials, spreads
+from origami_lab.verification.certificate import CERTIFIED, REFUTED, UNDECIDED
+from tests.small_runs import trial_row as row
+
+finite = st.floats(allow_nan=False, allow_infinity=False)
+values = {
+    int: st.none() | st.integers(0, 10**9),
+    float: st.none() | finite,
+    str: st.sampled_from([None, "certified", "refuted", "not certifiable"]),
+}
+needed = {"seed": st.integers(0, 10**9), "return": finite, "interactions_to_best": st.integers(0, 10**9)}
+rows = st.lists(
+    st.fixed_dictionaries(
+        {column: values[kind] for column, kind in KINDS.items()}
+        | needed
+        | {"status": st.sampled_from(["ok", "stopped", "no design", 'failed: it said "no", twice'])}
+    ).map(TrialRow.from_values),
+    max_size=5,
+    unique_by=lambda row: row.seed,
+)
+
+
+def test_columns_begin_with_the_documented_ones() -> None:
+    assert ", ".join(COLUMNS).startswith(
+        "seed, return, return_vertex, return_surface, return_sampled, driving_angle, interactions, "
+        "interactions_to_best, seconds, interactions_per_second, vertices, creases, panels, reach, status"
+    )
+
+
+@given(rows)
+def test_the_file_keeps_every_bit(tmp_path_factory: Any, trials: list[TrialRow]) -> None:
+    path = Path(tmp_path_factory.mktemp("table")) / "trials.csv"
+    path.write_text(format_trials(trials), encoding="utf-8")
+    assert read_trials(path) == sorted(trials, key=lambda trial: trial.seed)
+    assert [TrialRow.from_values(json.loads(json.dumps(trial.values()))) for trial in trials] == trials
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        {"return": math.nan},
+        {"return": "-1.0"},
+        {"return": None},
+        {"seed": 1.5},
+        {"seed": True},
+        {"seed": None},
+        {"status": None},
+        {"status": "fine"},
+        {"status": 3},
+        {"interactions": 2.0},
+        {"vertices": "many"},
+        {"certificate": 1},
+        {"interactions_to_best": None},
+    ],
+)
+def test_a_damaged_row_is_no_row(damage: dict[str, Any]) -> None:
+    whole = row(0, -1.0).values()
+    assert TrialRow.from_values(whole | {"a column of later versions": [1]}) == row(0, -1.0)
+    with pytest.raises(ValueError, match=next(iter(damage))):
+        TrialRow.from_values(whole | damage)
+
+
+def test_a_failed_row_needs_no_more_than_a_reason() -> None:
+    failed = TrialRow.failed(3, "ValueError: x: y")
+    assert failed.values() == {"seed": 3, "status": "failed: ValueError: x: y"}
+    assert (failed.outcome, failed.reason, failed.has_failed) == ("failed", "ValueError: x: y", True)
+    assert not failed.spent_budget
+
+
+def test_mean_and_sample_deviation_of_the_trials_that_spent_their_budget() -> None:
+    # 1, 2, 3: mean 2, sample standard deviation 1 by hand
+    found = spreads(
+        [row(0, 1.0), row(1, 2.0, "no design"), row(2, 3.0), row(3, 99.0, "stopped"), row(4, None, "failed: x")]
+    )
+    assert (found["return"].mean, found["return"].std, found["return"].n) == (2.0, 1.0, 3)
+    assert "return_vertex" not in found
+    assert spreads([row(0, -1.0)])["return"].std is None
+
+
+def test_best_is_the_highest_return_and_the_lowest_seed() -> None:
+    best = best_row([row(0, -2.0), row(7, -1.0), row(3, -1.0), row(4, None, "failed: x")])
+    assert best is not None
+    assert best.seed == 3
+    assert best_row([row(0, None, "failed: x")]) is None
+
+
+def test_fits_a_terminal_of_80_columns() -> None:
+    kinds = {int: 1, float: -1.2345}
+    numbers = {"return_" if name == "return" else name: kinds[kind] for name, kind in KINDS.items() if kind is not str}
+    long = {"status": "failed: a long story", "interactions_to_best": 499_999}
+    trials = [TrialRow(**(numbers | {"seed": seed, "return_surface": -1.3} | long)) for seed in range(10)]
+    out = io.StringIO()
+    Console(file=out, width=80).print(summary_table(trials, "a title"))
+    lines = out.getvalue().splitlines()
+    assert all(len(line) <= 80 for line in lines)
+    assert "…" not in out.getvalue()
+    assert sum("failed" in line for line in lines) == 10
+
+
+def test_a_number_that_is_missing_is_a_dash() -> None:
+    out = io.StringIO()
+    Console(file=out, width=80).print(summary_table([row(0, -1.0), row(1, None, "failed: x")]))
+    assert "nan" not in out.getvalue()
+
+
+def test_a_narrow_terminal_gets_what_matters_most() -> None:
+    trials = [row(0, -1.25, return_surface=-2.5, driving_angle=90.0, vertices=16)]
+    out = io.StringIO()
+    Console(file=out, width=40).print(summary_table(trials, width=40))
+    assert "-1.2500" in out.getvalue()
+    assert "90.0" in out.getvalue()
+    assert "…" not in out.getvalue()
+
+
+def test_certificates_are_counted_and_a_refuted_one_is_a_warning() -> None:
+    assert VERDICTS == (CERTIFIED, REFUTED, UNDECIDED)
+    assert certificate_lines([row(0, -1.0)]) == []  # a run from before there were any
+    rows = [row(seed, -1.0, certificate=CERTIFIED) for seed in (2, 1)]
+    assert certificate_lines([row(0, -1.0), *rows]) == ["certificates: 2 certified"]
+    rows += [row(seed, -1.0, certificate=REFUTED) for seed in (7, 4)]
+    counted, warning = certificate_lines(rows)
+    assert counted == "certificates: 2 certified, 2 refuted"
+    assert warning.startswith("warning: seed 4, 7: the best design is refuted")
+
+
+def test_a_trial_without_a_design_brings_advice() -> None:
+    assert hint([row(0, -1.0)]) is None
+    advice = hint([row(0, -1.0), row(1, -8.0, "no design")])
+    assert advice is not None
+    assert advice.startswith("1 trial found no design")
+    assert "budget" in advice
