@@ -19,7 +19,8 @@ from omegaconf import OmegaConf
 from PIL import Image
 
 from origami_lab.runs.run_folder import RunFolder
-from origami_lab.runs.trial_row import TIMINGS, read_trials
+from origami_lab.runs.trial_row import read_trials
+from tests.small_runs import TIMINGS
 
 ROOT = Path(__file__).parents[1]
 TRIAL_FILES = {

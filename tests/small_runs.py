@@ -23,6 +23,8 @@ def trial_row(seed: int, value: float | None = -1.0, status: str = "ok", **more:
     return TrialRow(seed=seed, **(found | more))
 
 
+TIMINGS = ("seconds", "interactions_per_second")
+"""Columns that differ from run to run."""
 SMALL = ("target=pyramid", "search=rdm", "budget=400", "verbosity=quiet")
 """A run of seconds: most of them importing and drawing."""
 

@@ -219,20 +219,3 @@ def directed_distance(
     """
     triangles = np.require(source_triangles, np.float64, ["C", "W"])  # one compiled version for all callers
     return float(directed_distance_kernel(triangles, target, float(tolerance), bool(solid), float(start)))
-
-
-def hausdorff_distance(
-    first: Bvh, second: Bvh, tolerance: float, *, second_solid: bool = False, start: float = 0.0
-) -> float:
-    """The two-sided Hausdorff distance of two surfaces, at most ``tolerance`` too small, board units.
-
-    With ``second_solid`` points of the first surface inside the second count as 0; the other direction is
-    always from surface to surface, so that what is folded inside still covers (the rule for closed targets).
-
-    Raises
-    ------
-    ValueError
-        If the tolerance is not positive.
-    """
-    start = directed_distance(first.triangles, second, tolerance, solid=second_solid, start=start)
-    return directed_distance(second.triangles, first, tolerance, solid=False, start=start)

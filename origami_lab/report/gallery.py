@@ -62,6 +62,11 @@ class DrawnMotion:
     angles: tuple[float | None, ...]
     """Driving angles in degrees."""
 
+    @property
+    def steps(self) -> list[tuple[Image.Image, float | None]]:
+        """Each image with its angle."""
+        return list(zip(self.images, self.angles, strict=True))
+
 
 def draw_shapes(groups: Groups, notes: list[Note]) -> dict[tuple[Heading, Heading], Shape]:
     """The best design of each cell, by row and column; those of a task from one place in the same scale."""

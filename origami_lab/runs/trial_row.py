@@ -17,8 +17,6 @@ VERDICTS = CERTIFIED, REFUTED, UNDECIDED = "certified", "refuted", "not certifia
 STATUSES = OK, NO_DESIGN, STOPPED, FAILED = "ok", "no design", "stopped", "failed"
 """First words of a row's status; a failed trial's goes on with a colon and the reason."""
 RETURNS = ("return", "return_vertex", "return_surface", "return_sampled")
-TIMINGS = ("seconds", "interactions_per_second")
-"""Columns that differ from run to run."""
 
 Value = int | float | str | None
 

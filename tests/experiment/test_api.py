@@ -20,8 +20,8 @@ import origami_lab
 from origami_lab.cli import main
 from origami_lab.errors import InputError
 from origami_lab.fold_format.writer import read_fold, write_fold
-from origami_lab.runs.trial_row import COLUMNS, KINDS, TIMINGS, TrialRow, format_trials, read_trials
-from tests.small_runs import SMALL
+from origami_lab.runs.trial_row import COLUMNS, KINDS, TrialRow, format_trials, read_trials
+from tests.small_runs import SMALL, TIMINGS
 
 ROOT = Path(__file__).parents[2]
 

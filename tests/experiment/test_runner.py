@@ -27,11 +27,11 @@ from origami_lab.fold_format.writer import read_fold
 from origami_lab.game.game import Game
 from origami_lab.runs.result import load
 from origami_lab.runs.run_folder import RunFolder
-from origami_lab.runs.trial_row import COLUMNS, TIMINGS, read_trials
+from origami_lab.runs.trial_row import COLUMNS, read_trials
 from origami_lab.verification import verify_design as checking
 from origami_lab.verification.certificate import Certificate, Check
 from origami_lab.verification.verify_design import verify
-from tests.small_runs import SMALL, inside, run
+from tests.small_runs import SMALL, TIMINGS, inside, run
 
 pytestmark = pytest.mark.slow
 

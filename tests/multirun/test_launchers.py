@@ -11,8 +11,8 @@ import pytest
 
 from origami_lab.config.node import FREE_TO_CHANGE
 from origami_lab.multirun.launchers import LAUNCHERS
-from origami_lab.runs.trial_row import TIMINGS, read_trials
-from tests.small_runs import run
+from origami_lab.runs.trial_row import read_trials
+from tests.small_runs import TIMINGS, run
 
 pytestmark = pytest.mark.slow
 
