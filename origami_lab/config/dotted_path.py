@@ -10,7 +10,7 @@ from types import ModuleType
 from typing import Any
 
 from origami_lab.about import PACKAGE
-from origami_lab.config.old_names import new_home, public_target
+from origami_lab.config.earlier_versions import new_home, public_target
 from origami_lab.errors import InputError
 from origami_lab.text import nearest
 

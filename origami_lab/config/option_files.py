@@ -9,6 +9,7 @@ from pathlib import Path
 import yaml  # type: ignore[import-untyped]
 
 from origami_lab.about import PACKAGE
+from origami_lab.config.earlier_versions import LATER_KEYS
 from origami_lab.errors import InputError
 from origami_lab.text import first_line, nearest, shorten
 
@@ -64,7 +65,7 @@ def check_file(file: Path, known_keys: Iterable[str]) -> None:
             raise InputError("configuration", f"{file}:{line}", expected)
     # a group need not leave a key
     required = {key.partition(".")[0] for key in known_keys if "." in key or key not in groups()}
-    missing = sorted(required - content.keys())
+    missing = sorted(required - content.keys() - LATER_KEYS.keys())
     if missing and "defaults" not in content:
         expected = f"lacks {', '.join(missing)}; a run's own config.yaml has every key"
         raise InputError("configuration", file, expected)

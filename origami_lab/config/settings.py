@@ -13,8 +13,9 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from origami_lab.config.checked_values import _Reader
+from origami_lab.config.earlier_versions import as_of_today
+from origami_lab.config.mesh_axis import as_it_was, resolved_up, with_resolved_up
 from origami_lab.config.node import Node, check_format
-from origami_lab.config.old_names import with_public_targets
 from origami_lab.config.seeds import parse_seeds
 from origami_lab.errors import InputError
 from origami_lab.files import expanded
@@ -74,7 +75,7 @@ def read_settings(config: DictConfig) -> Settings:
     InputError
         If a value is missing, of the wrong kind or out of range; it names the key.
     """
-    values = with_public_targets(_plain(config))
+    values = as_of_today(_plain(config))
     check_format(values)
     read = _Reader(values)
     half_turn = "must lie between 0 and 180 degrees, both excluded"
@@ -97,10 +98,10 @@ def read_settings(config: DictConfig) -> Settings:
     start, objective, search = (read.part(name) for name in ("start", "objective", "search"))
     if "distance" in objective:
         read.choice("objective.distance", ("vertex", "surface", "sampled"))
-    values = _with_absolute_paths(values)
-    target = values.get("target")
+    values = with_resolved_up(_with_absolute_paths(values))
+    target: Node | None = values.get("target")
     if target is not None:
-        target = read.part("target")
+        target = as_it_was(resolved_up(read.part("target")))
     elif "target" in objective:
         raise InputError(
             "target",
@@ -121,8 +122,7 @@ def read_settings(config: DictConfig) -> Settings:
         budget=read.integer("budget", 1, 10**12),
         certify=read.choice("certify", ("improvements", "none")) == "improvements",
         workers=_workers(read),
-        # runs of before it could be chosen do not say
-        files=read.choice("files", ("all", "designs")) if "files" in values else "all",
+        files=read.choice("files", ("all", "designs")),
         objective_seconds=read.number("objective_seconds", 0, math.inf, "must be seconds above 0, or null"),
         output=_output(read.get("output")),
         resume=read.flag("resume"),

@@ -14,6 +14,7 @@ LARGEST_FIRST = ("xyd", "xy", "x", "y")
 def remarks(settings: Settings, parts: Parts) -> Iterator[str]:
     """A target that nobody looks at, the scale of a mesh, a symmetry of the game that the mesh does not have."""
     from origami_lab.geometry.groups import GROUPS
+    from origami_lab.targets.mesh_reader import axis_up
 
     target = parts.target
     if target is not None and "target" not in settings.config["objective"]:
@@ -22,6 +23,8 @@ def remarks(settings: Settings, parts: Parts) -> Iterator[str]:
         return
     name = Path(str(settings.target.get("path", target.name))).name
     yield f"{name}: 1 board cell = {target.units_per_cell:.4g} units of the file"
+    if settings.target.get("up", "") is None and axis_up(name) == "y":
+        yield f"{name} stands with its z axis up, as in version 0.1.0, which this run was made by; new runs turn y up"
     symmetry = settings.game["symmetry"]
     if symmetry == "none" or target.has_symmetry(GROUPS[symmetry]):
         return

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from origami_lab.about import __version__
 from origami_lab.config.instantiate import Parts, build_parts
+from origami_lab.config.resumed_settings import like_begun
 from origami_lab.config.seeds import format_seeds, parse_seeds
 from origami_lab.config.settings import Settings, fit_workers
 from origami_lab.config.warnings import remarks
@@ -80,7 +81,7 @@ def run_experiment(
     KeyboardInterrupt
         If interrupted before the first trial.
     """
-    settings = fit_workers(settings)
+    settings = _as_begun(fit_workers(settings))
     check_tracking(settings)
     with interrupts or Interrupts() as interrupts, Pool(settings) as pool:
         # the workers import while the parent imports and checks its input
@@ -304,6 +305,12 @@ def versions() -> dict[str, str]:
         except PackageNotFoundError:
             continue
     return found
+
+
+def _as_begun(settings: Settings) -> Settings:
+    """Settings of a run that goes on which was made before all of them could be said."""
+    begun = RunFolder(settings.output) if settings.resume and settings.output is not None else None
+    return like_begun(settings, begun.config()) if begun is not None and begun.has_begun else settings
 
 
 def _with_seeds_on_disk(settings: Settings, folder: RunFolder, rows: Mapping[int, TrialRow]) -> Settings:

@@ -161,7 +161,7 @@ class ShapeEvaluator:
             cover = objective.random_cover
             return _Yardstick(Surface(cover, target.bvh, solid, True, weight), cover, objective.draws)
         symmetric = target.has_symmetry(self._game.symmetry)
-        cover = _playable_part(objective.cover, self._game) if symmetric else objective.cover
+        cover = _playable_part(objective.cover, self._game, target.uncertainty) if symmetric else objective.cover
         return _Yardstick(Surface(target.bvh, target.bvh, solid, not symmetric, weight), cover, np.empty((0, 3)))
 
     def new_memos(self, count: int) -> Memos:
@@ -227,10 +227,13 @@ def _point_tree(points: NDArray[np.float64]) -> Bvh:
     return build_bvh(np.ascontiguousarray(np.repeat(points[:, None, :], 3, axis=1)))
 
 
-def _playable_part(cover: Bvh, game: Game) -> Bvh:
-    """Where target and sheet have the game's symmetry, the samples over the playable area say it all."""
+def _playable_part(cover: Bvh, game: Game, uncertainty: float) -> Bvh:
+    """Where target and sheet have the game's symmetry, the samples over the playable area say it all.
+
+    Those on its border may have come to lie outside it by as much as the target is uncertain.
+    """
     points = cover.triangles[:, 0]
     if not len(game.symmetry.normals):
         return cover
-    kept = (points[:, :2] @ game.symmetry.normals.T >= -1e-9).all(axis=1)
+    kept = (points[:, :2] @ game.symmetry.normals.T >= -max(1e-9, 2.0 * uncertainty)).all(axis=1)
     return _point_tree(points[kept])

@@ -150,11 +150,12 @@ def load(folder: str | os.PathLike[str]) -> Result:
     Raises
     ------
     InputError
-        If it is not the folder of a run.
+        If it is not the folder of a run, or was made by a newer version.
     """
     path = Path(folder).expanduser().absolute()
     if not (path / CONFIG).is_file():
         raise InputError("folder", folder, "must be the folder of a run, there is no config.yaml in it")
+    RunFolder(path).config()  # that it can be read, and by this version
     return Result(path)
 
 

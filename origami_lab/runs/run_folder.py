@@ -33,8 +33,8 @@ from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 from yaml import YAMLError  # type: ignore[import-untyped]
 
+from origami_lab.config.earlier_versions import as_of_today, with_public_targets
 from origami_lab.config.node import FREE_TO_CHANGE, Node, check_format, flatten
-from origami_lab.config.old_names import with_public_targets
 from origami_lab.config.settings import Settings
 from origami_lab.errors import InputError
 from origami_lab.file_names import (
@@ -176,7 +176,7 @@ class RunFolder:
             raise InputError("output", self.path, "must hold a run's config.yaml, this one cannot be read") from error
         config = {str(key): value for key, value in container.items()} if isinstance(container, dict) else {}
         check_format(config)
-        return dict(with_public_targets(config))
+        return as_of_today(config)
 
     def trial(self, seed: int) -> Path:
         return trial_folder(self.path, seed)

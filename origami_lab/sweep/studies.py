@@ -8,6 +8,8 @@ import statistics
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +21,11 @@ from optuna.trial import FrozenTrial, Trial, TrialState, create_trial
 from origami_lab.config.instantiate import build_parts
 from origami_lab.config.node import flatten
 from origami_lab.config.option_files import groups
+from origami_lab.config.resumed_settings import like_begun
 from origami_lab.config.seeds import format_seeds
 from origami_lab.config.settings import Settings
 from origami_lab.errors import InputError
+from origami_lab.runs.run_folder import RunFolder
 from origami_lab.sweep.samplers import ask_all, suggest
 from origami_lab.sweep.search_space import Point, corners, diagonals, overrides_of
 from origami_lab.sweep.storage import open_study
@@ -71,12 +75,20 @@ class Job(ABC):
         """What the pruner went by, in words; nothing where there is none."""
         return ""
 
+    @cached_property
+    def _begun(self) -> dict[str, Any]:
+        """The configuration of the study's first trial, which this version need not have played; empty before it."""
+        first = min(self.declaration.folder.glob("trials/*/config.yaml"), default=None)
+        with suppress(InputError):  # a damaged one is said where it is played
+            return {} if first is None else RunFolder(first.parent).config()
+        return {}
+
     def settings(self, overrides: Sequence[str]) -> Settings:
         """The settings of a trial's run, without its folder. Composing takes a tenth of a second: not done twice."""
         if overrides != self._composed[0]:
             seeds = str(format_seeds(self.seeds)).replace(" ", "")
             composed = self.declaration.compose([*overrides, f"seed={seeds}", *OF_A_TRIAL])
-            self._composed = (list(overrides), composed)
+            self._composed = (list(overrides), like_begun(composed, self._begun))
         settings = self._composed[1]
         assert settings is not None
         return settings

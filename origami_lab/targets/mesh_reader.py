@@ -1,7 +1,8 @@
 """Mesh files: what they hold is found out before it is parsed, because a stranger's file may hold anything.
 
 A file is refused for what it is (no regular file, too large), then for what its header promises (too many triangles),
-and only then read, by trimesh, without its materials and without what lies outside its folder.
+and only then read: kinds whose faces may be polygons by our own readers, the others by trimesh, without its materials
+and without what lies outside its folder.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import warnings
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, NamedTuple
 from urllib.parse import unquote
 
 import numpy as np
@@ -24,6 +25,10 @@ from numpy.typing import NDArray
 
 from origami_lab.errors import InputError
 from origami_lab.files import expanded
+from origami_lab.targets.mesh_formats import READERS
+from origami_lab.targets.mesh_formats.gltf import whole_gltf
+from origami_lab.targets.mesh_formats.polygons import triangulate
+from origami_lab.targets.mesh_precision import coordinate_precision
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -34,10 +39,30 @@ BYTES_PER_FACE = 500
 """More than any format takes for a triangle with its share of normals, colours and texture coordinates."""
 SMALLEST_LIMIT = 16 * 2**20
 """Bytes that are accepted however few triangles are: a small part may come with large textures."""
+GLTF = ("glb", "gltf")
+"""Kinds whose y axis points up, by their standard; those of the others point wherever their program's does."""
 
 
-def read_mesh(path: Path, max_faces: int) -> tuple[Array, Indices]:
-    """All triangles of a file in one frame: vertices (V, 3) and faces (F, 3), F ≥ 1, in units of the file.
+def axis_up(path: str | Path) -> Literal["y", "z"]:
+    """The axis that points up in a file of this name, as far as its kind says: z where it does not."""
+    return "y" if Path(path).suffix.lower().lstrip(".") in GLTF else "z"
+
+
+def read_mesh(path: Path, max_faces: int, as_first: bool = False) -> tuple[Array, Indices, float]:
+    """All triangles of a file in one frame, in units and axes of the file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    max_faces
+        More triangles than this are refused.
+    as_first
+        Read it as version 0.1.0 did: by trimesh alone, which fans every polygon, and as if it were exact.
+
+    Returns
+    -------
+    vertices (V, 3), faces (F, 3), F ≥ 1, and how far a coordinate may be from what it was meant to be
 
     Raises
     ------
@@ -56,6 +81,8 @@ def read_mesh(path: Path, max_faces: int) -> tuple[Array, Indices]:
         raise InputError("target.path", path, f"unknown kind of mesh file: must end in .{', .'.join(formats)}")
     try:
         data = path.read_bytes()
+        if kind in GLTF and not as_first:
+            data = whole_gltf(kind, data)
         triangles, vertices = _promised(kind, data)
         _check_count(path, triangles, max_faces)
         if vertices > 4 * max_faces:
@@ -65,28 +92,30 @@ def read_mesh(path: Path, max_faces: int) -> tuple[Array, Indices]:
             unpacked = sum(item.file_size for item in zipfile.ZipFile(io.BytesIO(data)).infolist())
             if unpacked > limit:
                 raise InputError("target.path", path, f"holds {_bytes(unpacked)}, packed" + _SMALLER)
-        parts = _parse(path, kind, data, max_faces, limit)
+        if as_first or kind not in READERS:
+            parts = _parse(path, kind, data, max_faces, limit)
+        else:
+            parts = _polygons(path, kind, data, max_faces)
     except InputError:
         raise
     except Exception as error:  # a broken file can raise anything in any of trimesh's readers
-        reason = " ".join(str(error).split())[:100] or type(error).__name__
+        lacks = "it lacks " if isinstance(error, KeyError) else ""
+        reason = lacks + " ".join(str(error).split())[:200] or "its data are not what it says they are"
         raise InputError("target.path", path, f"cannot be read as a .{kind} mesh ({reason})") from error
     if not parts:
         raise InputError("target.path", path, "the file has no triangles")
-    for points, part in parts:
-        if part.min() < 0 or part.max() >= len(points):
-            raise InputError("target.path", path, "its triangles name vertices that do not exist")
-    offsets = np.cumsum([0] + [len(points) for points, _ in parts])
-    everything = np.concatenate([points for points, _ in parts])
-    faces = np.concatenate([part + offset for (_, part), offset in zip(parts, offsets[:-1], strict=True)])
+    for part in parts:
+        if part.faces.min() < 0 or part.faces.max() >= len(part.vertices):
+            raise InputError("target.path", path, _NO_VERTEX)
+    offsets = np.cumsum([0] + [len(part.vertices) for part in parts])
+    everything = np.concatenate([part.placed for part in parts])
+    faces = np.concatenate([part.faces + offset for part, offset in zip(parts, offsets[:-1], strict=True)])
     corners, faces = used(everything, faces)
-    if not np.isfinite(corners).all():
-        raise InputError("target.path", path, "its coordinates must be finite numbers")
-    if not np.abs(corners).max() < 1e100:
-        raise InputError("target.path", path, "its coordinates are absurdly large (1e100 or more)")
-    return corners, faces
+    _check_coordinates(path, corners)
+    return corners, faces, 0.0 if as_first else max(part.precision for part in parts)
 
 
+_NO_VERTEX = "its triangles name vertices that do not exist"
 _SMALLER = ": decimate it (Blender, MeshLab) or raise target.max_faces"
 
 
@@ -114,6 +143,13 @@ def _check_file(path: Path) -> int:
 def _check_count(path: Path, number: int, max_faces: int) -> None:
     if number > max_faces:
         raise InputError("target.path", path, f"has {number} triangles, at most {max_faces} are accepted" + _SMALLER)
+
+
+def _check_coordinates(path: Path, points: Array) -> None:
+    if not np.isfinite(points).all():
+        raise InputError("target.path", path, "its coordinates must be finite numbers")
+    if not np.abs(points).max(initial=0.0) < 1e100:
+        raise InputError("target.path", path, "its coordinates are absurdly large (1e100 or more)")
 
 
 def _bytes(size: int) -> str:
@@ -155,8 +191,41 @@ def _corners(primitive: dict[str, Any], counts: list[int]) -> int:
     return counts[int(primitive["indices"] if "indices" in primitive else primitive["attributes"]["POSITION"])]
 
 
-def _parse(path: Path, kind: str, data: bytes, max_faces: int, limit: int) -> list[tuple[Array, Indices]]:
-    """The bodies of a file, each moved to its place."""
+class _Part(NamedTuple):
+    """A body of a file."""
+
+    vertices: Array
+    """(V, 3)"""
+    faces: Indices
+    """(F, 3)"""
+    place: Array
+    """(4, 4), by which it is moved."""
+
+    @property
+    def placed(self) -> Array:
+        """Its vertices where they stand."""
+        return np.asarray(self.vertices @ self.place[:3, :3].T + self.place[:3, 3])
+
+    @property
+    def precision(self) -> float:
+        """How far a coordinate may be from what it was meant to be, where the body stands."""
+        used_ones = self.vertices[np.unique(self.faces)]
+        return coordinate_precision(used_ones) * float(np.linalg.norm(self.place[:3, :3], 2))
+
+
+def _polygons(path: Path, kind: str, data: bytes, max_faces: int) -> list[_Part]:
+    """What a file holds whose faces may be polygons."""
+    polygons = READERS[kind](data)
+    _check_count(path, polygons.triangle_count, max_faces)
+    if not polygons.exist:
+        raise InputError("target.path", path, _NO_VERTEX)
+    _check_coordinates(path, polygons.vertices[polygons.corners])
+    faces = triangulate(polygons)
+    return [_Part(polygons.vertices, faces, np.eye(4))] if len(faces) else []
+
+
+def _parse(path: Path, kind: str, data: bytes, max_faces: int, limit: int) -> list[_Part]:
+    """The bodies of a file, as trimesh reads it."""
     import trimesh  # here: half a second that only a mesh file needs
 
     parts = []
@@ -171,7 +240,7 @@ def _parse(path: Path, kind: str, data: bytes, max_faces: int, limit: int) -> li
                 number += len(geometry.faces)
                 _check_count(path, number, max_faces)  # one small body may stand in a million places
                 points = np.asarray(geometry.vertices, dtype=np.float64)
-                parts.append((points @ matrix[:3, :3].T + matrix[:3, 3], np.asarray(geometry.faces, np.int64)))
+                parts.append(_Part(points, np.asarray(geometry.faces, np.int64), np.asarray(matrix, np.float64)))
     return parts
 
 

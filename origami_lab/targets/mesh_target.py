@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from origami_lab.errors import InputError
-from origami_lab.targets.mesh_reader import Array, Indices, read_mesh, used
+from origami_lab.targets.mesh_reader import Array, Indices, axis_up, read_mesh, used
 from origami_lab.targets.target import Target
 
 
@@ -25,6 +25,7 @@ def mesh(
     board_size: int = 25,
     max_faces: int = 200_000,
     name: str | None = None,
+    up: Literal["auto", "y", "z"] | None = "auto",
 ) -> Target:
     """A target from a mesh file: see :func:`origami_lab.targets.mesh_target.load_mesh` for all parameters.
 
@@ -33,10 +34,11 @@ def mesh(
     InputError
         If the file or a setting is unusable; one line that says why.
     """
-    vertices, faces, is_closed, units = load_mesh(
-        path, scale, rotate, translate, fit, align_z, closed, board_size, max_faces
+    vertices, faces, is_closed, units, uncertainty = load_mesh(
+        path, scale, rotate, translate, fit, align_z, closed, board_size, max_faces, up
     )
-    return Target(Path(path).stem if name is None else name, vertices, faces, is_closed, units)
+    title = Path(path).stem if name is None else name
+    return Target(title, vertices, faces, is_closed, units, uncertainty=uncertainty)
 
 
 MOST_FACES = 10_000_000
@@ -57,14 +59,15 @@ def load_mesh(
     closed: str | bool = "auto",
     board_size: int = 25,
     max_faces: int = 200_000,
-) -> tuple[Array, Indices, bool, float]:
-    """Read a mesh and place it; the steps are done in the order rotate, fit, scale, translate, align_z.
+    up: str | None = "auto",
+) -> tuple[Array, Indices, bool, float, float]:
+    """Read a mesh and place it; the steps are done in the order up, rotate, fit, scale, translate, align_z.
 
     Parameters
     ----------
     path
-        A file trimesh reads (STL, OBJ, PLY, OFF, GLB, GLTF, ...); several bodies are taken together. Equal
-        vertices are welded, triangles without area are dropped.
+        STL, OBJ, PLY, OFF, GLB, GLTF, or what else trimesh reads; several bodies are taken together. Polygons are cut
+        into triangles, equal vertices are welded, triangles without area are dropped.
     scale
         Positive factor about the origin: board units per unit of the file or, with ``fit``, a factor on
         what fits.
@@ -86,10 +89,16 @@ def load_mesh(
         N of the N×N board, for ``fit`` and for what is an absurd scale.
     max_faces
         More triangles than this are refused.
+    up
+        The axis of the file that points up; ``"y"`` is turned to the board's z, so that what looked along −z before
+        looks along y. ``"auto"``: y for glTF, whose standard says so, z for all others. ``None``: the file is taken
+        as version 0.1.0 took it, which turned nothing, fanned polygons and asked for symmetry to the last bit; so that
+        runs which do not say what is up keep their target.
 
     Returns
     -------
-    vertices (V, 3), faces (F, 3), closed, and units of the file per board cell
+    vertices (V, 3), faces (F, 3), closed, units of the file per board cell, and how far a vertex may be from where it
+    was meant to be (board units), by the digits that the file has
 
     Raises
     ------
@@ -111,9 +120,13 @@ def load_mesh(
         raise InputError("target.max_faces", max_faces, f"must be a whole number from 1 to {MOST_FACES}")
     if (isinstance(closed, float | int) and not isinstance(closed, bool)) or closed not in ("auto", True, False):
         raise InputError("target.closed", closed, "must be auto, true or false")
+    if up not in ("auto", "y", "z", None):
+        raise InputError("target.up", up, "must be auto, y or z")
     place = alignment_point(align_z)
 
-    vertices, faces = read_mesh(Path(path), max_faces)
+    vertices, faces, precision = read_mesh(Path(path), max_faces, as_first=up is None)
+    if (axis_up(path) if up == "auto" else up) == "y":
+        vertices = np.column_stack([vertices[:, 0], -vertices[:, 2], vertices[:, 1]])
     vertices, faces = _weld(vertices, faces)
     if len(faces) == 0:
         raise InputError("target.path", path, "its triangles have no area")
@@ -149,7 +162,9 @@ def load_mesh(
             "target.closed", closed, f"{path} has {open_edges} open edges: repair it, or choose auto or false"
         )
     is_closed = open_edges == 0 if closed == "auto" else bool(closed)
-    return vertices, faces, is_closed, 1.0 / cells_per_unit
+    # all three coordinates may be off; where it was centred, so may the middle
+    uncertainty = math.sqrt(3.0) * precision * cells_per_unit * (2.0 if fit == "board" else 1.0)
+    return vertices, faces, is_closed, 1.0 / cells_per_unit, uncertainty
 
 
 def count_open_edges(faces: Indices) -> int:

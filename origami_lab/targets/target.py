@@ -40,6 +40,8 @@ class Target:
         Units of the file that it came from in a board cell; None if it came from none.
     up, front
         Directions that are up, and towards the viewer, when it stands as one looks at it; None for z and −y.
+    uncertainty
+        How far its points may be from where they were meant to be, board units: a file has so many digits.
     """
 
     name: str
@@ -49,6 +51,7 @@ class Target:
     units_per_cell: float | None = None
     up: Direction | None = None
     front: Direction | None = None
+    uncertainty: float = 0.0
 
     def __post_init__(self) -> None:
         vertices = np.array(self.vertices, dtype=np.float64, order="C") + 0.0  # no negative zeros
@@ -102,12 +105,19 @@ class Target:
             raise InputError("count, seed", (count, seed), "must be at least 1 and at least 0")
         return sample_triangles(self.triangles, count, np.random.default_rng(seed))
 
+    @property
+    def tolerance(self) -> float:
+        """How far two places may be apart that are meant to be one, board units: 1e-9 of its size, or twice what is
+        uncertain.
+        """
+        return max(1e-9 * max(1.0, float(np.abs(self.vertices).max())), 2.0 * self.uncertainty)
+
     def has_symmetry(self, group: SymmetryGroup) -> bool:
         """Whether the surface maps to itself under a whole group: the mirrors that bound its domain generate it."""
         return all(self.is_symmetric(matrix) for matrix in group.matrices[group.mirrors])
 
     def is_symmetric(self, matrix: ArrayLike) -> bool:
-        """Whether the surface maps to itself, within 1e-9 of its size, under ``matrix`` acting on (x, y).
+        """Whether the surface maps to itself, within :attr:`tolerance`, under ``matrix`` acting on (x, y).
 
         Parameters
         ----------
@@ -117,7 +127,7 @@ class Target:
         """
         image = np.eye(3)
         image[:2, :2] = np.asarray(matrix, dtype=np.float64)
-        tolerance = 1e-9 * max(1.0, float(np.abs(self.vertices).max()))
+        tolerance = self.tolerance
         used = self.vertices[np.unique(self.faces)]
         corners = self.triangles
         middles = 0.5 * (corners + np.roll(corners, -1, axis=1)).reshape(-1, 3)

@@ -29,7 +29,6 @@ def make_newer(run: Path) -> None:
     assert found, "no format version is written"
 
 
-@pytest.mark.xfail(strict=False, reason="after the moves")
 def test_newer_folder_is_refused_in_one_line(here: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert command(*WORDS) == 0
     assert command(*WORDS, "resume=true") == 0

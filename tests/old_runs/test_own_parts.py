@@ -30,7 +30,6 @@ MOVED = {
 """Parts that import old paths: their file, and the paths with the packages that have their names now."""
 
 
-@pytest.mark.xfail(strict=False, reason="after the moves")
 @pytest.mark.parametrize("name", MOVED)
 @pytest.mark.parametrize("again", [True, False], ids=["config", "command"])
 def test_own_part_with_an_old_import_is_told_the_new_name(

@@ -194,7 +194,7 @@ def stl(tmp_path: Path) -> Path:
 def test_common_formats(tmp_path: Path, kind: str) -> None:
     path = tmp_path / f"part.{kind}"
     box().export(path)
-    target = mesh(path)
+    target = mesh(path, up="z")
     assert target.name == "part"
     assert target.closed
     assert len(target.vertices) == 8  # welded
@@ -413,6 +413,8 @@ def test_size_limits(stl: Path) -> None:
         ("translate", (0, 0, math.nan)),
         ("fit", "sheet"),
         ("closed", "yes"),
+        ("up", "x"),
+        ("up", True),
         ("align_z", (1, 2, 3)),
         ("align_z", "top"),
     ],

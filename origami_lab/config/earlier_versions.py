@@ -1,4 +1,4 @@
-"""Names of version 0.1.0: runs on disk, and parts of the user's own, may still bear them."""
+"""What earlier versions called otherwise or did not say: runs on disk, and parts of the user's own, may be of them."""
 
 from __future__ import annotations
 
@@ -65,6 +65,10 @@ _MODULES = {
 """Modules of version 0.1.0 whose names were imported by parts and scripts, and the package that has them now."""
 
 
+LATER_KEYS: dict[str, Any] = {"files": "all", "folder_format": 1}
+"""Settings that came later → what a run meant that does not have them."""
+
+
 def public_target(path: str) -> str:
     """The public name of a ``_target_``; a path that is no old one of ours stays as it is."""
     return OLD_TARGETS.get(path, path)
@@ -78,6 +82,11 @@ def with_public_targets(value: Any) -> Any:
             for key, item in value.items()
         }
     return [with_public_targets(item) for item in value] if isinstance(value, list) else value
+
+
+def as_of_today(config: Mapping[str, Any]) -> dict[str, Any]:
+    """The configuration of a run of any version, with today's names and with all settings."""
+    return {**LATER_KEYS, **with_public_targets(config)}
 
 
 def new_home(module: str) -> str | None:
