@@ -245,6 +245,7 @@ class Late(BaseException):
 def run_inside(arguments: Sequence[str]) -> Case:
     """The command in this process, up to the first trial: its worker processes are not started."""
     from origami_lab import cli
+    from origami_lab.config.checked_values import Tracking
     from origami_lab.experiment import runner
     from origami_lab.tracking.tracker import make_tracker
 
@@ -253,7 +254,7 @@ def run_inside(arguments: Sequence[str]) -> Case:
 
     out, err = io.StringIO(), io.StringIO()
     runner.Pool = _NoPool  # type: ignore[misc, assignment]
-    runner.make_tracker = lambda settings, *rest: make_tracker(replace(settings, tracking={"kind": "none"}), *rest)
+    runner.make_tracker = lambda settings, *rest: make_tracker(replace(settings, tracking=Tracking("none")), *rest)
     before = signal.signal(signal.SIGALRM, late)
     signal.alarm(SECONDS)
     began = time.perf_counter()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -29,6 +30,7 @@ RERUN_SETTINGS = (
 def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
     """Compose the configuration and run one experiment, or several with ``-m``; returns the exit code."""
     import hydra
+    from omegaconf import OmegaConf
 
     from origami_lab.config.compose import hydra_words, known_keys, working_directory_importable
     from origami_lab.config.hydra_errors import explain, find_culprit
@@ -74,6 +76,7 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
             ours += launcher_settings(words)
             stack.enter_context(_as_hydra_sees_it([*ours, *words, *flags]))
             stack.enter_context(working_directory_importable())
+            OmegaConf.register_new_resolver("origami_lab_keys", _key_lines, replace=True)
             hydra.main(config_path=str(config_dir()), config_name=CONFIG_NAME, version_base="1.3")(task)()
         except RefusedJobs as refused:
             raise explain(refused.error, overrides, known_keys) or refused.error from None
@@ -86,6 +89,17 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
     if multirun is not None:  # of all its jobs, also those that ran in other processes or in an earlier command
         codes.append(multirun.exit_code)
     return max(codes, default=0)
+
+
+def _key_lines() -> str:
+    """The keys with what they mean, for --help."""
+    from origami_lab.config.option_files import explained_keys
+
+    lines = []
+    for key, text in explained_keys().items():
+        first, *more = textwrap.wrap(text, 90)
+        lines += [f"  {key:<24} {first}", *(f"{'':<26} {line}" for line in more)]
+    return "\n".join(lines)
 
 
 def rerun(word: str, overrides: Sequence[str], flags: Sequence[str]) -> int:

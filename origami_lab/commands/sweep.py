@@ -47,7 +47,7 @@ def main(arguments: Sequence[str]) -> int:
         return EXIT_FAILED
     if sweep.summary and not options.quiet:
         print((sweep.folder / PAGE).read_text(encoding="utf-8").partition("![")[0].rstrip())
-        if declaration.tracking["kind"] == "mlflow":
+        if declaration.tracking.kind == "mlflow":
             print(f"to look at it: {how_to_look(store_of_study(declaration))}")
     print(sweep.folder)
     return sweep.exit_code

@@ -40,7 +40,7 @@ class Parts:
 
 
 def build_parts(settings: Settings) -> Parts:
-    """Build and so check everything that the settings name.
+    """Make everything that the settings name, then check it.
 
     Raises
     ------
@@ -50,19 +50,20 @@ def build_parts(settings: Settings) -> Parts:
     """
     from origami_lab.game.game import Game  # here: it compiles or loads kernels
 
-    start = _make("start", settings.start)
-    game = Game(start=start, **_without_none(settings.game, "capacity"))
-    target = None
-    if settings.target is not None:
-        target = _make("target", settings.target)
-        check_target(settings.target["_target_"], target)
-    extra = {} if target is None or not _wants_target(settings) else {"target": target}
-    objective = _make("objective", settings.objective, **extra)
-    check_objective(settings.objective["_target_"], objective)
-    searcher = _make("search", settings.search)
-    check_searcher(settings.search["_target_"], searcher)
-    _let_refuse(settings.search["_target_"], searcher, game)
-    return Parts(game, target, objective, searcher)
+    nodes = {"target": settings.target, "objective": settings.objective, "search": settings.search}
+    made: dict[str, Any] = {}
+    game = Game(start=_make("start", settings.start), **vars(settings.game))
+    try:
+        for field, node in nodes.items():
+            wants_target = field == "objective" and "target" in settings.config["objective"]
+            extra = {"target": made["target"]} if wants_target else {}
+            made[field] = None if node is None else _make(field, node, **extra)
+    finally:  # what is wrong with one part may be why the next one could not be made: it is said first
+        for field, part in made.items():
+            if (node := nodes[field]) is not None:
+                _CHECKS[field](node["_target_"], part)
+    _let_refuse(settings.search["_target_"], made["search"], game)
+    return Parts(game, made["target"], made["objective"], made["search"])
 
 
 def _let_refuse(name: str, searcher: Any, game: Game) -> None:
@@ -75,15 +76,6 @@ def _let_refuse(name: str, searcher: Any, game: Game) -> None:
         raise
     except Exception as error:
         raise InputError("search", name, f"check_game raised {describe(error)}") from error
-
-
-def _wants_target(settings: Settings) -> bool:
-    return "target" in settings.config["objective"]
-
-
-def _without_none(arguments: Node, *names: str) -> dict[str, Any]:
-    """Leave out arguments whose None means "the callee's own default"."""
-    return {key: value for key, value in arguments.items() if value is not None or key not in names}
 
 
 def _make(field: str, node: Node, **extra: Any) -> Any:
@@ -133,10 +125,10 @@ def _refused_arguments(name: str, field: str, node: Node, extra: Node) -> str | 
     return None
 
 
-def check_target(name: str, target: Any) -> None:
+def _check_target(name: str, target: Any) -> None:
     """Raise InputError unless it is a target whose arrays describe a surface."""
     if not isinstance(target, Target):
-        raise InputError("target", name, f"returned {_kind(target)}; must return a Target (origami_lab.targets.target)")
+        raise InputError("target", name, f"returned {_kind(target)}; must return a Target of origami_lab.targets")
     vertices, faces = target.vertices, target.faces
     if vertices.ndim != 2 or vertices.shape[1] != 3 or not np.isfinite(vertices).all():
         raise InputError("target", name, f"vertices are {_shape(vertices)}; must be finite numbers of shape (V, 3)")
@@ -147,7 +139,7 @@ def check_target(name: str, target: Any) -> None:
         raise InputError("target", name, expected)
 
 
-def check_objective(name: str, objective: Any) -> None:
+def _check_objective(name: str, objective: Any) -> None:
     """Raise InputError unless it can score sheets, or bind itself to a game (origami_lab.objectives.objective)."""
     has = {method for method in ("bind", "report", "score") if callable(getattr(objective, method, None))}
     binds = {"bind", "report"} <= has
@@ -169,7 +161,7 @@ def check_objective(name: str, objective: Any) -> None:
             _check_call("objective", name, objective, method, ("design",))
 
 
-def check_searcher(name: str, searcher: Any) -> None:
+def _check_searcher(name: str, searcher: Any) -> None:
     """Raise InputError unless it has ``search(problem, rng)``; ``check_game(game)`` may be left out."""
     if not callable(getattr(searcher, "search", None)):
         raise InputError("search", name, f"must make an object with a method search(problem, rng){_got(searcher)}")
@@ -177,6 +169,9 @@ def check_searcher(name: str, searcher: Any) -> None:
     _check_call("search", name, searcher, "search", ("problem", "rng"))
     if getattr(searcher, "check_game", None) is not None:
         _check_call("search", name, searcher, "check_game", ("game",))
+
+
+_CHECKS = {"target": _check_target, "objective": _check_objective, "search": _check_searcher}
 
 
 def _check_call(field: str, name: str, part: Any, method: str, arguments: tuple[str, ...]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import yaml  # type: ignore[import-untyped]
 
@@ -74,6 +75,59 @@ def check_file(file: Path, known_keys: Iterable[str]) -> None:
 def options_of(folder: Path) -> list[str]:
     """The options of a group, in folders of folders too, as in experiment=paper/bowl."""
     return sorted(file.relative_to(folder).with_suffix("").as_posix() for file in folder.rglob("*.yaml"))
+
+
+def read_options(group: str) -> dict[str, dict[str, Any]]:
+    """What the options of a group say, by their names; also those of the folder that --config-dir names."""
+    from hydra.core.hydra_config import HydraConfig
+
+    sources = HydraConfig.get().runtime.config_sources if HydraConfig.initialized() else []
+    own = [Path(source.path) for source in sources if source.provider == "command-line" and source.path]
+    folders = [folder / group for folder in (config_dir(), *own)]
+    return {
+        name: yaml.safe_load((folder / f"{name}.yaml").read_text(encoding="utf-8")) or {}
+        for folder in folders
+        for name in options_of(folder)
+    }
+
+
+def explained_keys() -> dict[str, str]:
+    """All keys of the configuration with the comments above them in its files; of several options the first counts."""
+    found = _explained(config_dir() / f"{CONFIG_NAME}.yaml", "")
+    for group, folder in groups().items():
+        if group not in ("hydra", "experiment", CONFIG_NAME):
+            for name in options_of(folder):
+                found = {**_explained(folder / f"{name}.yaml", group), **found}
+    return dict(sorted(found.items()))
+
+
+def _explained(file: Path, group: str) -> dict[str, str]:
+    """The keys of one file that have a comment above them; several in a row may share one.
+
+    The comment at the top of a file is about the file.
+    """
+    found: dict[str, str] = {}
+    text = file.read_text(encoding="utf-8")
+    above: list[tuple[int, str]] = [] if not group or text.startswith("# @package _global_") else [(-1, group)]
+    comment: list[str] = []
+    lines = text.splitlines()
+    top = next((number for number, line in enumerate(lines) if not line.startswith("#")), 0)
+    fresh = True
+    for line in lines[top:]:
+        key = re.match(r"( *)(\w+):(.*)", line)
+        if line.lstrip().startswith("#"):
+            comment, fresh = [*([] if fresh else comment), line.lstrip("# ")], False
+        elif key is None:
+            comment, fresh = [], True
+        else:
+            depth, name, value = len(key[1]), key[2], key[3].strip()
+            above = [(other, word) for other, word in above if other < depth]
+            if not value:  # its comment is that of the keys below it
+                comment, above = [] if fresh else comment, [*above, (depth, name)]
+            elif comment and not name.startswith("_") and (not group or (above and above[0][1] == group)):
+                found[".".join([*(word for _, word in above), name])] = " ".join(comment)
+            fresh = True
+    return found
 
 
 def has_key(file: Path, name: str) -> bool:

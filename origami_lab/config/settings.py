@@ -7,60 +7,60 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
-from origami_lab.config.checked_values import _Reader
+from origami_lab.checks import Choice, Flag, Folder, Number, Section, Whole, Word, check
+from origami_lab.config.checked_values import Part, ReportOrder, Seeds, Tracking
 from origami_lab.config.earlier_versions import as_of_today
 from origami_lab.config.mesh_axis import as_it_was, resolved_up, with_resolved_up
-from origami_lab.config.node import Node, check_format
-from origami_lab.config.seeds import parse_seeds
+from origami_lab.config.node import Node, check_format, flatten
+from origami_lab.config.option_files import read_options
 from origami_lab.errors import InputError
 from origami_lab.files import expanded
+from origami_lab.game.rule_settings import KEYS as RULE_KEYS
+from origami_lab.game.rule_settings import RuleSettings, checked_rules
 from origami_lab.game.start_file import is_own_pattern
 from origami_lab.machine import WORKER_BYTES, physical_memory, usable_cores
 
-LARGEST_BOARD = 201
-"""Widest board, in points: wider ones cost memory without a use (the paper plays on 9 to 25)."""
 POSITIONS = 8
 """Positions that a tree search begins with, and the scratch ones."""
-SYMMETRIES = ("none", "x", "y", "xy", "xyd")
 
 
 @dataclass(frozen=True)
 class Settings:
     """One experiment: what is played, what is searched, how long, and where the results go."""
 
-    task: str
+    task: Annotated[str, Word()]
     """Name of the target, or of the objective where there is no target."""
-    method: str
+    method: Annotated[str, Word()]
     """Name of the searcher."""
-    game: Node
-    """Keyword arguments of the game but for ``start``."""
-    start: Node
-    target: Node | None
-    objective: Node
-    search: Node
-    tracking: Node
-    """The parts with a ``_target_``, and the tracker's options."""
-    seeds: tuple[int, ...]
+    game: RuleSettings
+    start: Annotated[Node, Part("start")]
+    target: Annotated[Node | None, Part("target")]
+    objective: Annotated[Node, Part("objective")]
+    search: Annotated[Node, Part("search")]
+    """The parts with a ``_target_``."""
+    tracking: Tracking
+    report_order: Annotated[ReportOrder, Section()]
+    seeds: Annotated[tuple[int, ...], Seeds()]
     seeds_given: bool
     """Whether they were asked for; else a resumed run keeps to its own."""
-    budget: int
+    budget: Annotated[int, Whole(1, 10**12)]
     """Interactions a trial."""
-    certify: bool
-    workers: int
+    certify: Annotated[bool, Choice({"improvements": True, "none": False})]
+    workers: Annotated[int, Whole(1, 10**9, "must be auto or a number of processes from 1")]
     """Trials at a time."""
-    files: str
+    files: Annotated[str, Choice(("all", "designs"))]
     """``all``, or ``designs``: a trial writes no pictures, motion, viewer or certificate."""
-    objective_seconds: float | None
+    objective_seconds: Annotated[float | None, Number(0, math.inf, "must be seconds above 0, or null", between=True)]
     """Longest that one call of a user's objective may take; None for no limit."""
-    output: Path | None
+    output: Annotated[Path | None, Folder("must be a folder, or null for a fresh one below results/")]
     """The run folder; None for a fresh one below results/."""
-    resume: bool
-    verbosity: str
+    resume: Annotated[bool, Flag()]
+    verbosity: Annotated[str, Choice(("quiet", "normal", "verbose"))]
     config: Node
     """The whole configuration, resolved, as it is written to config.yaml."""
 
@@ -68,7 +68,7 @@ class Settings:
 def read_settings(config: DictConfig) -> Settings:
     """Check a composed configuration and turn it into :class:`Settings`.
 
-    The game, the target and the objective check their own domains when they are built.
+    The target, the objective and the searcher check their own domains when they are built.
 
     Raises
     ------
@@ -77,58 +77,38 @@ def read_settings(config: DictConfig) -> Settings:
     """
     values = as_of_today(_plain(config))
     check_format(values)
-    read = _Reader(values)
-    half_turn = "must lie between 0 and 180 degrees, both excluded"
-    game = {
-        "board_size": _board_size(read),
-        "symmetry": read.choice("symmetry.name", SYMMETRIES, shown="symmetry"),
-        "max_crease_length": read.number(
-            "max_crease_length", 0, 1e6, "must be at least 1 (a board cell), or null for no limit"
-        ),
-        "source_action": read.flag("source_action"),
-        "driving_angle_max": read.number("driving_angle.max", 0, 180, half_turn, required=True),
-        "driving_angle_count": read.integer("driving_angle.count", 1, 100),
-        "driving_angle_fixed": "start"
-        if read.get("driving_angle.fixed") == "start"
-        else read.number("driving_angle.fixed", 0, 180, half_turn + ", or be start or null"),
-        "stuck": read.choice("stuck", ("score", "penalise")),
-        "capacity": read.optional_integer("capacity", 8, 100_000),
-    }
-    seed = read.get("seed")
-    start, objective, search = (read.part(name) for name in ("start", "objective", "search"))
-    if "distance" in objective:
-        read.choice("objective.distance", ("vertex", "surface", "sampled"))
-    values = with_resolved_up(_with_absolute_paths(values))
-    target: Node | None = values.get("target")
-    if target is not None:
-        target = as_it_was(resolved_up(read.part("target")))
-    elif "target" in objective:
-        raise InputError(
-            "target",
-            "none",
-            "this objective needs a target: target=bowl, cube, face, pyramid or mesh target.path=FILE",
-        )
-    return Settings(
-        task=_task(read.name("task"), target),
-        method=read.name("method"),
-        game=game,
-        start=start,
-        target=target,
-        objective={key: value for key, value in objective.items() if key != "target"},
-        search=search,
-        tracking=_tracking(read),
-        seeds=parse_seeds(0 if seed is None else seed),
-        seeds_given=seed is not None,
-        budget=read.integer("budget", 1, 10**12),
-        certify=read.choice("certify", ("improvements", "none")) == "improvements",
-        workers=_workers(read),
-        files=read.choice("files", ("all", "designs")),
-        objective_seconds=read.number("objective_seconds", 0, math.inf, "must be seconds above 0, or null"),
-        output=_output(read.get("output")),
-        resume=read.flag("resume"),
-        verbosity=read.choice("verbosity", ("quiet", "normal", "verbose")),
-        config=values,
-    )
+    checked = {**values, "game": _rules(values), "config": values}
+    checked["seeds_given"] = checked.pop("seed", 0) is not None
+    if "seed" in values:
+        checked["seeds"] = values["seed"] if checked["seeds_given"] else 0
+    if values.get("workers") == "auto":  # one a core
+        checked["workers"] = usable_cores()
+    settings = check(Settings, checked, {"seeds": "seed"})
+    if settings.target is None and "target" in settings.objective:
+        raise InputError("target", "none", f"this objective needs a target: {_targets()}")
+    written = with_resolved_up(_with_absolute_paths(values))
+    target = None if settings.target is None else as_it_was(resolved_up(settings.target))
+    objective = {key: value for key, value in settings.objective.items() if key != "target"}
+    task = _task(settings.task, settings.target)
+    return replace(settings, task=task, target=target, objective=objective, config=written)
+
+
+def _rules(values: Node) -> RuleSettings:
+    """The settings of the game, from where a configuration has them."""
+    symmetry = values.get("symmetry")
+    flat = flatten({**values, **({"symmetry": symmetry.get("name")} if isinstance(symmetry, Mapping) else {})})
+    return checked_rules({name: flat[key] for name, key in RULE_KEYS.items() if key in flat})
+
+
+def _targets() -> str:
+    """The options of target that make one, with what must be given beside them."""
+    found = []
+    for name, content in read_options("target").items():
+        if content.get("target") is not None:
+            missing = [key for key, value in flatten(content).items() if value == "???"]
+            found.append(" ".join([name, *(f"{key}={'FILE' if key.endswith('path') else '...'}" for key in missing)]))
+    found.sort(key=lambda words: (" " in words, words))
+    return "target=" + " or ".join(filter(None, [", ".join(found[:-1]), found[-1]]))
 
 
 def _task(name: str, target: Any) -> str:
@@ -174,45 +154,6 @@ def _with_absolute_paths(values: Node) -> dict[str, Any]:
     return found
 
 
-def _board_size(read: _Reader) -> int:
-    expected = f"must be an odd number of points from 5 to {LARGEST_BOARD}"
-    size = read.integer("board.size", 5, LARGEST_BOARD, expected)
-    if size % 2 == 0:
-        raise InputError("board.size", size, f"{expected}, e.g. {size - 1} or {size + 1}")
-    return size
-
-
-def _tracking(read: _Reader) -> Node:
-    tracking = read.get("tracking")
-    if not isinstance(tracking, Mapping) or tracking.get("kind") not in ("mlflow", "none"):
-        raise InputError("tracking", tracking, "must be mlflow or none")
-    for key, expected in (("uri", "an MLflow URI"), ("experiment", "the name of an MLflow experiment")):
-        value = tracking.get(key)
-        words = (str,) if key == "uri" else (str, int, float)
-        if value is not None and (isinstance(value, bool) or not isinstance(value, words) or not str(value).strip()):
-            raise InputError(f"tracking.{key}", value, f"must be {expected}, or null")
-    return tracking
-
-
-def _output(value: object) -> Path | None:
-    if value is None:
-        return None
-    # a number is a name, too: output=5
-    if isinstance(value, bool) or not isinstance(value, str | int | float) or not str(value).strip():
-        raise InputError("output", value, "must be a folder, or null for a fresh one below results/")
-    path = str(value)
-    if "\0" in path:
-        raise InputError("output", value, "must be a folder; its name must not hold a null character")
-    return expanded(path)
-
-
-def _workers(read: _Reader) -> int:
-    """How many trials run at a time, as asked for: one a core, or a number."""
-    if read.get("workers") != "auto":
-        return read.integer("workers", 1, 10**9, "must be auto or a number of processes from 1")
-    return usable_cores()
-
-
 def fit_workers(settings: Settings) -> Settings:
     """The settings with as many workers as this machine's memory has room for.
 
@@ -226,10 +167,11 @@ def fit_workers(settings: Settings) -> Settings:
     room = memory // each
     if room < 1:
         names = {"capacity": "capacity", "driving_angle_count": "driving_angle.count"}
-        given = ", ".join(f"{name}={game[key]}" for key, name in names.items() if game[key] is not None)
+        known = {shown: getattr(game, name) for name, shown in names.items()}
+        given = ", ".join(f"{shown}={value}" for shown, value in known.items() if value is not None)
         raise InputError(
             "capacity",
-            "default" if game["capacity"] is None else game["capacity"],
+            "default" if game.capacity is None else game.capacity,
             f"a search with {given} takes {each / 2**30:.0f} GB and this machine has {memory / 2**30:.0f} GB:"
             " choose a smaller capacity or driving_angle.count",
         )
@@ -242,7 +184,7 @@ def fit_workers(settings: Settings) -> Settings:
     return replace(settings, workers=min(settings.workers, room))
 
 
-def _state_bytes(game: Node) -> int:
+def _state_bytes(game: RuleSettings) -> int:
     """Bytes of one game state, about: by the vertices it has room for and the driving angles."""
-    vertices = 320 if game["capacity"] is None else game["capacity"]
-    return int(vertices * (300 + 120 * game["driving_angle_count"]))
+    vertices = 320 if game.capacity is None else game.capacity
+    return int(vertices * (300 + 120 * game.driving_angle_count))

@@ -25,7 +25,7 @@ def remarks(settings: Settings, parts: Parts) -> Iterator[str]:
     yield f"{name}: 1 board cell = {target.units_per_cell:.4g} units of the file"
     if settings.target.get("up", "") is None and axis_up(name) == "y":
         yield f"{name} stands with its z axis up, as in version 0.1.0, which this run was made by; new runs turn y up"
-    symmetry = settings.game["symmetry"]
+    symmetry = settings.game.symmetry
     if symmetry == "none" or target.has_symmetry(GROUPS[symmetry]):
         return
     own = next((other for other in LARGEST_FIRST if target.has_symmetry(GROUPS[other])), "none")

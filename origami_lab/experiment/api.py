@@ -77,7 +77,7 @@ def show_results(console: Console, settings: Settings, experiment: Experiment) -
         console.print(line, highlight=False, soft_wrap=True)
     if advice := hint(experiment.rows):
         console.print(advice, highlight=False, soft_wrap=True)
-    if settings.tracking["kind"] == "mlflow":
+    if settings.tracking.kind == "mlflow":
         console.print(f"to look at it: {how_to_look(store_of(settings, experiment.folder))}", highlight=False)
 
 

@@ -93,7 +93,7 @@ def _write_actions(path: Path, settings: Settings, parts: Parts, outcome: Outcom
 
     document = {
         "game": {
-            **settings.game,
+            **vars(settings.game),
             "driving_angle_fixed": parts.game.driving_angle_fixed,
             "start": saved_start(settings.start, parts.game),
         },

@@ -17,9 +17,10 @@ from origami_lab.game.kernels import play
 from origami_lab.game.kernels.state import NOT_FOLDABLE, PLACEMENT, SELECTION, STUCK, States
 from origami_lab.game.move_codec import decode, encode
 from origami_lab.game.moves import Extend, Move
-from origami_lab.game.rules import DEFAULT_MAX_ANGLE, Actions, Rules
+from origami_lab.game.rule_settings import DEFAULT_MAX_ANGLE, checked_rules
+from origami_lab.game.rules import Actions, Rules
 from origami_lab.game.start_laying import cut_off, empty_board, largest_angle, lay, play_move
-from origami_lab.game.start_patterns import Start
+from origami_lab.game.start_patterns import Square, Start
 
 
 class Game:
@@ -67,28 +68,30 @@ class Game:
         capacity: int | None = None,
         collisions: bool = True,
     ) -> None:
-        rules = Rules(
-            board_size,
-            symmetry,
-            start,
-            max_crease_length=max_crease_length,
-            source_action=source_action,
-            driving_angle_max=driving_angle_max,
-            driving_angle_count=driving_angle_count,
-            driving_angle_fixed=driving_angle_fixed,
-            stuck=stuck,
-            capacity=capacity,
-            collisions=collisions,
+        settings = checked_rules(
+            {
+                "board_size": board_size,
+                "symmetry": symmetry,
+                "max_crease_length": max_crease_length,
+                "source_action": source_action,
+                "driving_angle_max": driving_angle_max,
+                "driving_angle_count": driving_angle_count,
+                "driving_angle_fixed": driving_angle_fixed,
+                "stuck": stuck,
+                "capacity": capacity,
+            }
         )
+        rules = Rules(settings, start if start is not None else Square("choose"), collisions)
         self.start = rules.start
         self.start_moves: tuple[Move, ...] = tuple(self.start.moves)
         """The moves that lay the start pattern, before the first interaction; none where placing it is an action."""
         if self.start.remove:
             self.start_moves = cut_off(rules, self.start_moves, self.start.remove)
-        if driving_angle_fixed == "start":
-            driving_angle_fixed = _angle_of_start(rules, self.start_moves)
-            rules = rules.with_largest_angle(driving_angle_fixed)
-        self.driving_angle_fixed: float | None = driving_angle_fixed
+        fixed = settings.driving_angle_fixed
+        if fixed == "start":
+            fixed = _angle_of_start(rules, self.start_moves)
+            rules = rules.with_largest_angle(fixed)
+        self.driving_angle_fixed: float | None = fixed
         """Degrees, also where ``"start"`` was asked for."""
         self.rules = rules
         self.board_size, self.symmetry, self.angles = rules.board_size, rules.symmetry, rules.angles

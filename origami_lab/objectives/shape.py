@@ -78,7 +78,7 @@ class ShapeObjective:
         if not isinstance(target, Target):
             raise InputError("target", target, "must be a target surface, such as target=bowl, for objective=shape")
         if distance not in get_args(Distance):
-            raise InputError("objective.distance", distance, "must be vertex, surface or sampled")
+            raise InputError("objective.distance", distance, f"must be one of {', '.join(get_args(Distance))}")
         if isinstance(tolerance, bool) or not isinstance(tolerance, int | float) or not 1e-6 <= tolerance < math.inf:
             raise InputError("objective.tolerance", tolerance, "must be a length in board cells, at least 1e-6")
         for name, number, low, high in (("samples", samples, 1, 10**7), ("sample_seed", sample_seed, 0, 2**63 - 1)):

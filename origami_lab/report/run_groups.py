@@ -12,12 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from origami_lab.report.report_order import Ordering
 from origami_lab.report.run_reader import Note, Part, Run, Trial
 from origami_lab.runs.trial_row import FAILED, NO_DESIGN, STOPPED, best_row
 
-TASKS = ("pyramid", "cube", "bowl", "face", "bucket", "shelf", "table", "chair", "packaging")
-METHODS = ("rdm", "dfts", "bfts", "mcts", "ppo", "evo")
-"""In the paper's order; others follow by name."""
 _MOST_IN_NAME = 3
 """Differing settings that a name spells out; more are listed in a note."""
 
@@ -68,6 +66,8 @@ class Groups:
     columns: tuple[Heading, ...]
     cells: Mapping[tuple[Heading, Heading], Group]
     notes: tuple[Note, ...]
+    order: Ordering
+    """The order of the columns, and of rows that are not among ours."""
 
     def column(self, column: Heading) -> list[tuple[Heading, Group]]:
         """The cells of a column that there are, in order of the rows."""
@@ -83,18 +83,19 @@ class Groups:
 def group_runs(runs: Sequence[Run]) -> Groups:
     """Sort runs into the cells of a table."""
     notes: list[Note] = []
+    order = Ordering.of(runs)
     column_of: dict[tuple[str, Part], Heading] = {}
-    for task in _ordered({run.task for run in runs}, TASKS):
+    for task in order.tasks({run.task for run in runs}):
         column_of |= _headings(task, Counter(run.game for run in runs if run.task == task), notes)
     row_of: dict[tuple[str, Part], Heading] = {}
-    for method in _ordered({run.method for run in runs}, METHODS):
+    for method in order.methods({run.method for run in runs}):
         own = [run for run in runs if run.method == method]
         cells = {(run.task, run.game, run.search) for run in own}
         if len({cell[:2] for cell in cells}) < len(cells):
             row_of |= _headings(method, Counter(run.search for run in own), notes)
         else:  # each task has one kind of this searcher: they can share a row
             row_of |= {(method, run.search): Heading(method, method) for run in own}
-            notes += _across_tasks(method, own)
+            notes += _across_tasks(method, own, order)
     gathered: dict[tuple[Heading, Heading], list[Run]] = {}
     for run in runs:
         place = (row_of[run.method, run.search], column_of[run.task, run.game])
@@ -105,19 +106,7 @@ def group_runs(runs: Sequence[Run]) -> Groups:
         place: Group(_once_a_seed(members, notes), members[0].budget, members[0].distance)
         for place, members in gathered.items()
     }
-    return Groups(tuple(dict.fromkeys(row_of.values())), tuple(column_of.values()), cells_of, tuple(notes))
-
-
-def _ordered(names: Iterable[str], known: Sequence[str]) -> list[str]:
-    """In a known order, each followed by what is named after it: bowl, bowl_as_published."""
-    place = {name: index for index, name in enumerate(known)}
-
-    def key(name: str) -> tuple[int, str]:
-        parts = name.split("_")
-        stems = ("_".join(parts[:length]) for length in range(len(parts), 0, -1))
-        return next((place[stem] for stem in stems if stem in place), len(known)), name
-
-    return sorted(names, key=key)
+    return Groups(tuple(dict.fromkeys(row_of.values())), tuple(column_of.values()), cells_of, tuple(notes), order)
 
 
 def _headings(name: str, runs: Mapping[Part, int], notes: list[Note]) -> dict[tuple[str, Part], Heading]:
@@ -170,7 +159,7 @@ def _shown(key: str, part: Mapping[str, Any]) -> str:
     return f"{name}={str(value).rpartition('.')[2] if key.endswith('._target_') else value}"
 
 
-def _across_tasks(method: str, runs: Sequence[Run]) -> list[Note]:
+def _across_tasks(method: str, runs: Sequence[Run], order: Ordering) -> list[Note]:
     """What a searcher's row mixes, in words; the budgets are in the tables' own notes."""
     parts = [{k: v for k, v in run.settings.items() if k.startswith("search.")} for run in runs]
     differing = _differing(parts)
@@ -179,7 +168,7 @@ def _across_tasks(method: str, runs: Sequence[Run]) -> list[Note]:
         tasks.setdefault(", ".join(_shown(key, part) for key in differing), set()).add(run.task)
     if not differing:
         return []
-    listed = "; ".join(f"{', '.join(_ordered(names, TASKS))} with {text}" for text, names in tasks.items())
+    listed = "; ".join(f"{', '.join(order.tasks(names))} with {text}" for text, names in tasks.items())
     return [Note(f"{method}: {listed}")]
 
 

@@ -93,6 +93,8 @@ class Run:
     """How many seeds it was started with."""
     summary: Mapping[str, Any]
     """summary.json; empty if there is none yet."""
+    report_order: Mapping[str, float]
+    """The places that its options gave its task and its searcher in reports."""
 
     @property
     def search(self) -> Part:
@@ -172,10 +174,11 @@ def _read_run(folder: Path, notes: list[Note]) -> Run:
     trials = tuple(Trial(seed, row, folder) for seed, row in sorted(rows.items()))
     seeds = parse_seeds(0 if config.get("seed") is None else config["seed"])
     summary = _summary(folder, notes)
+    order = {key: place for key, place in (config.get("report_order") or {}).items() if isinstance(place, int | float)}
     absent = sum(seed not in rows or rows[seed].outcome == STOPPED for seed in seeds)
     if absent and rows:
         notes.append(Note(f"not finished, {len(seeds) - absent} of {len(seeds)} trials", (folder,)))
-    return Run(folder, str(config["task"]), str(config["method"]), settings, trials, len(seeds), summary)
+    return Run(folder, str(config["task"]), str(config["method"]), settings, trials, len(seeds), summary, order)
 
 
 def _settings(folder: Path, config: Mapping[str, Any]) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 from origami_lab.report.known_values import Known, KnownValues
-from origami_lab.report.run_groups import METHODS, Group, Groups, Heading
+from origami_lab.report.run_groups import Group, Groups, Heading
 from origami_lab.runs.trial_row import FAILED, NO_DESIGN, OK, STOPPED, Spread, spread_of, spreads
 
 MISSING = "–"
@@ -96,7 +96,7 @@ def _table(
     columns = tuple(c for c in groups.columns if name in ("returns", "interactions") or any(c == p[1] for p in values))
     kind = name.partition("_")[0]
     known = {key[1:]: value for key, value in beside.items() if key[0] == kind}
-    rows = _with_known_rows(groups.rows, columns, known)
+    rows = _with_known_rows(groups, columns, known)
     placed = _places_beside(groups, rows, columns)
     cells = {}
     for column in columns:
@@ -113,14 +113,14 @@ def _table(
 
 
 def _with_known_rows(
-    rows: tuple[Heading, ...], columns: Iterable[Heading], known: Mapping[tuple[str, str], Known]
+    groups: Groups, columns: Iterable[Heading], known: Mapping[tuple[str, str], Known]
 ) -> tuple[Heading, ...]:
     """Our rows, and the searchers that only the values beside ours have."""
-    tasks, ours = {column.name for column in columns}, {row.name for row in rows}
+    tasks, ours = {column.name for column in columns}, {row.name for row in groups.rows}
     others = sorted({method for method, task in known if task in tasks and method not in ours})
-    every = [*rows, *(Heading(method, method) for method in others)]
-    place = {method: index for index, method in enumerate(METHODS)}
-    return tuple(sorted(every, key=lambda row: place.get(row.name, len(METHODS))))
+    every = [*groups.rows, *(Heading(method, method) for method in others)]
+    place = {method: index for index, method in enumerate(groups.order.methods({row.name for row in every}))}
+    return tuple(sorted(every, key=lambda row: place[row.name]))
 
 
 def _places_beside(groups: Groups, rows: Iterable[Heading], columns: Iterable[Heading]) -> set[Place]:

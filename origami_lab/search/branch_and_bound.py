@@ -7,8 +7,11 @@ one interaction each, then goes into the best of them and backs up to the second
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import numpy as np
 
+from origami_lab.checks import Whole, checked_arguments
 from origami_lab.game.kernels.undo import note_dtype, step_back, step_noted
 from origami_lab.search.branch_and_bound_kernel import (
     CONTINUE,
@@ -20,7 +23,6 @@ from origami_lab.search.branch_and_bound_kernel import (
     UNBOUNDED,
     walk,
 )
-from origami_lab.search.check_numbers import check_whole
 from origami_lab.search.problem import Positions, Problem
 from origami_lab.search.random_stream import Draws
 
@@ -47,9 +49,11 @@ class TreeSearch:
 
     best_first: bool
 
-    def __init__(self, children: int = 10, restarts: int = 200) -> None:
-        self.children = check_whole("children", children, 1, 10**9)
-        self.restarts = check_whole("restarts", restarts, 1, 10**9)
+    @checked_arguments("search")
+    def __init__(
+        self, children: Annotated[int, Whole(1, 10**9)] = 10, restarts: Annotated[int, Whole(1, 10**9)] = 200
+    ) -> None:
+        self.children, self.restarts = children, restarts
 
     def search(self, problem: Problem, rng: np.random.Generator) -> None:
         tree = _Tree(problem, Draws(rng), min(self.children, problem.game.rules.max_legal), self.best_first)

@@ -8,15 +8,16 @@ that the paper's vector leaves out follow, one value each: terminate, the four s
 from __future__ import annotations
 
 import math
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from origami_lab.checks import Flag, Number, Whole, checked_arguments
 from origami_lab.errors import InputError
 from origami_lab.game.game import Game
 from origami_lab.game.kernels.play import play_greedy
 from origami_lab.game.kernels.state import RUNNING
-from origami_lab.search.check_numbers import check_flag, check_number, check_whole
 from origami_lab.search.problem import Problem
 
 Values = NDArray[np.float64]
@@ -48,29 +49,25 @@ class EvolutionarySearch:
         they did, and mutations keep their strength: otherwise values grow from generation to generation.
     """
 
+    @checked_arguments("search")
     def __init__(
         self,
-        population: int = 128,
-        parents: float = 0.25,
-        sigma_1: float = 0.1,
-        sigma_2: float = 0.5,
-        sigma_3: float = 1.0,
-        elite: int = 0,
-        rescale: bool = True,
+        population: Annotated[int, Whole(3, 100_000)] = 128,
+        parents: Annotated[float, Number(0, 1)] = 0.25,
+        sigma_1: Annotated[float, Number(0, 1e6)] = 0.1,
+        sigma_2: Annotated[float, Number(0, 1e6)] = 0.5,
+        sigma_3: Annotated[float, Number(0, 1e6)] = 1.0,
+        elite: Annotated[int, Whole(0, 100_000)] = 0,
+        rescale: Annotated[bool, Flag()] = True,
     ) -> None:
-        self.population = check_whole("population", population, 3, 100_000)
-        check_number("parents", parents, 0.0, 1.0)
-        self.parents, most = round(parents * self.population), self.population // 3
+        self.population, self.parents, most = population, round(parents * population), population // 3
         if not 1 <= self.parents <= most:
             raise InputError(
-                "search.parents", parents, f"must make 1 to {most} parents of the population of {self.population}"
+                "search.parents", parents, f"must make 1 to {most} parents of the population of {population}"
             )
-        self.sigmas = (sigma_1, sigma_2, sigma_3)
-        for number, sigma in enumerate(self.sigmas, start=1):
-            check_number(f"sigma_{number}", sigma, 0.0, 1e6)
-        self.elite = check_whole("elite", elite, 0, self.parents)
-        check_flag("rescale", rescale)
-        self.rescale = rescale
+        if elite > self.parents:
+            raise InputError("search.elite", elite, f"must be a whole number from 0 to {self.parents}")
+        self.sigmas, self.elite, self.rescale = (sigma_1, sigma_2, sigma_3), elite, rescale
 
     def search(self, problem: Problem, rng: np.random.Generator) -> None:
         slots = value_slots(problem.game)

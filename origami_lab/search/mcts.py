@@ -6,12 +6,13 @@ Every action that is played is an interaction: on the way down the tree, in the 
 from __future__ import annotations
 
 import math
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from origami_lab.checks import Flag, Number, Whole, checked_arguments
 from origami_lab.game.kernels.play import step
-from origami_lab.search.check_numbers import check_flag, check_number, check_whole
 from origami_lab.search.mcts_kernel import CUT, KNOWN, NODE, Nodes, back_up, plant, simulate
 from origami_lab.search.problem import Problem
 from origami_lab.search.random_stream import Draws
@@ -43,25 +44,19 @@ class MonteCarloTreeSearch:
         See ``greedy``.
     """
 
+    @checked_arguments("search")
     def __init__(
         self,
-        simulations: int = 100,
-        exploration: float = 1.0,
-        epsilon: float = 0.25,
-        alpha: float = 0.03,
-        unvisited: float | None = None,
-        greedy: bool = True,
-        temperature: float = 1.5,
+        simulations: Annotated[int, Whole(2, 100_000)] = 100,
+        exploration: Annotated[float, Number(0, 1e6)] = 1.0,
+        epsilon: Annotated[float, Number(0, 1)] = 0.25,
+        alpha: Annotated[float, Number(1e-3, 1e6)] = 0.03,
+        unvisited: Annotated[float | None, Number(-1, 1)] = None,
+        greedy: Annotated[bool, Flag()] = True,
+        temperature: Annotated[float, Number(0, 1e3)] = 1.5,
     ) -> None:
-        self.simulations = check_whole("simulations", simulations, 2, 100_000)
-        check_number("exploration", exploration, 0.0, 1e6)
-        check_number("epsilon", epsilon, 0.0, 1.0)
-        check_number("alpha", alpha, 1e-3, 1e6)
-        if unvisited is not None:
-            check_number("unvisited", unvisited, -1.0, 1.0)
-        check_flag("greedy", greedy)
-        check_number("temperature", temperature, 0.0, 1e3)
-        self.exploration, self.epsilon, self.alpha = exploration, epsilon, alpha
+        self.simulations, self.exploration = simulations, exploration
+        self.epsilon, self.alpha = epsilon, alpha
         self.unvisited, self.greedy, self.temperature = unvisited, greedy, temperature
 
     def search(self, problem: Problem, rng: np.random.Generator) -> None:

@@ -9,19 +9,23 @@ import math
 from collections.abc import Sequence
 from contextlib import suppress
 from importlib.util import find_spec
+from typing import Annotated
 
 import numpy as np
 
+from origami_lab.checks import Choice, ListOf, Number, Whole, checked_arguments
 from origami_lab.errors import InputError
 from origami_lab.game.game import Game
 from origami_lab.game.observation import View, view_of
-from origami_lab.search.check_numbers import check_number, check_whole
 from origami_lab.search.problem import Problem, SearchEnded
 from origami_lab.search.rl_episodes import Episodes
 
 NEEDED = ("gymnasium", "sb3_contrib", "stable_baselines3", "torch")
 MOST_BYTES = 2**31
 """What the learner may take for the first layers and one batch of observations."""
+
+
+_WIDTHS = "must be a list of widths from 1 to 100000, such as [256,256]"
 
 
 class ProximalPolicyOptimization:
@@ -52,43 +56,32 @@ class ProximalPolicyOptimization:
         If the extra ``ppo`` is not installed, or for a wrong number.
     """
 
+    @checked_arguments("search")
     def __init__(
         self,
-        observation: str = "compact",
-        vertices: int | None = 64,
-        layers: Sequence[int] = (256, 256),
-        batch: int = 2050,
-        games: int = 10,
-        epochs: int = 10,
-        minibatch: int = 64,
-        entropy: float = 0.01,
-        learning_rate: float = 3e-4,
-        clip: float = 0.2,
-        gamma: float = 0.99,
-        gae_lambda: float = 0.95,
+        observation: Annotated[str, Choice(("compact", "tensor"))] = "compact",
+        vertices: Annotated[int | None, Whole(1, 100_000)] = 64,
+        layers: Annotated[Sequence[int], ListOf(Whole(1, 100_000), _WIDTHS)] = (
+            256,
+            256,
+        ),
+        batch: Annotated[int, Whole(2, 10**7)] = 2050,
+        games: Annotated[int, Whole(1, 10**7, "must be a whole number from 1 to search.batch")] = 10,
+        epochs: Annotated[int, Whole(1, 10_000)] = 10,
+        minibatch: Annotated[int, Whole(2, 10**7, "must be a whole number from 2 to search.batch")] = 64,
+        entropy: Annotated[float, Number(0, 1e6)] = 0.01,
+        learning_rate: Annotated[float, Number(1e-12, 1e3)] = 3e-4,
+        clip: Annotated[float, Number(1e-6, 1e3)] = 0.2,
+        gamma: Annotated[float, Number(0, 1)] = 0.99,
+        gae_lambda: Annotated[float, Number(0, 1)] = 0.95,
     ) -> None:
         missing = [name for name in NEEDED if find_spec(name) is None]
         if missing:
             raise InputError("search", "ppo", f"needs {', '.join(missing)}: pip install 'origami-lab[ppo]'")
-        if observation not in ("compact", "tensor"):
-            raise InputError("search.observation", observation, "must be compact or tensor")
-        if vertices is not None:
-            check_whole("vertices", vertices, 1, 100_000)
-        if not isinstance(layers, list | tuple) or not layers:
-            raise InputError("search.layers", layers, "must be a list of widths, such as [256,256]")
-        for width in layers:
-            check_whole("layers", width, 1, 100_000)
-        check_whole("batch", batch, 2, 10**7)
-        check_whole("games", games, 1, batch)
         if batch % games:
             raise InputError("search.games", games, f"must divide search.batch={batch}")
-        check_whole("epochs", epochs, 1, 10_000)
-        check_whole("minibatch", minibatch, 2, batch)
-        check_number("entropy", entropy, 0.0, 1e6)
-        check_number("learning_rate", learning_rate, 1e-12, 1e3)
-        check_number("clip", clip, 1e-6, 1e3)
-        check_number("gamma", gamma, 0.0, 1.0)
-        check_number("gae_lambda", gae_lambda, 0.0, 1.0)
+        if minibatch > batch:
+            raise InputError("search.minibatch", minibatch, f"must be a whole number from 2 to search.batch={batch}")
         self.observation, self.vertices, self.layers = observation, vertices, list(layers)
         self.batch, self.games, self.epochs, self.minibatch = batch, games, epochs, minibatch
         self.entropy, self.learning_rate, self.clip = entropy, learning_rate, clip

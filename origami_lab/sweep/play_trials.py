@@ -125,7 +125,7 @@ class Player:
                     return
                 assert row.return_ is not None
                 returns.append(row.return_)
-                trial.report(mean_of(returns) if job.means else returns[-1], step)
+                trial.report(mean_of(returns), step)
                 if step + 1 < len(job.seeds) and trial.should_prune():
                     claim.note(RETURNS, returns)
                     claim.note(PRUNED, job.why_pruned(claim, step))

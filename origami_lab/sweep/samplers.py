@@ -113,21 +113,11 @@ def shuffled_grid(declaration: Declaration) -> list[dict[str, Value]]:
 
 
 def make_sampler(sampler: Sampler, seed: int) -> BaseSampler:
-    """Optuna's sampler of that name.
-
-    Raises
-    ------
-    InputError
-        If it needs a package that is not installed.
-    """
+    """Optuna's sampler of that name."""
     from optuna.samplers import CmaEsSampler, RandomSampler, TPESampler
 
     if sampler.name == "tpe":
         return TPESampler(n_startup_trials=sampler.startup, seed=seed, multivariate=True, group=True)
     if sampler.name == "cmaes":
-        try:
-            import cmaes  # noqa: F401
-        except ImportError:
-            raise InputError("sampler", "cmaes", "needs the package cmaes: pip install cmaes") from None
         return CmaEsSampler(n_startup_trials=sampler.startup, seed=seed, warn_independent_sampling=False)
     return RandomSampler(seed)

@@ -5,15 +5,49 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal
-from typing import Any
+from typing import Annotated, Any
 
-from origami_lab.config.checked_values import Reader, Value, check_own, override, shown
+from pydantic import GetCoreSchemaHandler
+from pydantic_core import CoreSchema, core_schema
+
+from origami_lab.checks import REFUSED, Flag, Kind, Number, Section, wrong
+from origami_lab.config.checked_values import Value, check_own, override, shown
 from origami_lab.errors import InputError
 
 Point = Mapping[str, Value]
 """Values of those parameters that are searched under their conditions."""
+
+
+_ANY = Number(-math.inf, math.inf, "must be a number")
+
+
+class _Choices(Kind):
+    """A list of values, each once."""
+
+    expected = "must be a list of values"
+
+    def take(self, value: Any) -> Any:
+        if not isinstance(value, list) or not value:
+            return REFUSED
+        for number, item in enumerate(value):
+            if not isinstance(item, Value):
+                raise wrong("must be plain values: numbers, words, true, false, null")
+            if is_one_of(item, value[:number]):
+                raise wrong(f"must not hold {item} twice")
+        return tuple(value)
+
+
+class _Condition(Kind):
+    """Names of parameters, each with one of their values or a list of some."""
+
+    expected = "must be a mapping of keys to values"
+
+    def take(self, value: Any) -> Any:
+        if not isinstance(value, Mapping):
+            return REFUSED
+        return {str(name): tuple(item) if isinstance(item, list) else (item,) for name, item in value.items()}
 
 
 @dataclass(frozen=True)
@@ -23,15 +57,34 @@ class Parameter:
     A range is of whole numbers if its ends are. Where ``when`` does not hold, the setting keeps its default.
     """
 
-    name: str
+    name: str = ""
     """The setting's key on the command line, e.g. search.sigma_1."""
-    choices: tuple[Value, ...] = ()
-    low: int | float = 0
-    high: int | float = 0
-    log: bool = False
-    step: int | float | None = None
-    when: Mapping[str, tuple[Value, ...]] | None = None
+    choices: Annotated[tuple[Value, ...], _Choices()] = ()
+    low: Annotated[int | float, _ANY] = 0
+    high: Annotated[int | float, _ANY] = 0
+    log: Annotated[bool, Flag()] = False
+    step: Annotated[int | float | None, _ANY] = None
+    when: Annotated[Mapping[str, tuple[Value, ...]] | None, _Condition()] = None
     """Other parameters and those of their values under which this one is searched."""
+
+    def __post_init__(self) -> None:
+        low, high, step = self.low, self.high, self.step
+        if self.choices:
+            return
+        if not low < high:
+            raise wrong(f"must be below high, which is {high}", low, "low")
+        if self.log and low <= 0:
+            raise wrong("must be above 0 where log is true", low, "low")
+        if step is None:
+            return
+        width = Decimal(str(high)) - Decimal(str(low))
+        if not 0 < Decimal(str(step)) <= width:
+            raise wrong(f"must be above 0 and at most {width}, the width of the range", step, "step")
+        if self.log:
+            raise wrong("must not stand beside log: true", step, "step")
+        if (last := _steps(low, high, step)[-1]) != high:
+            above = Decimal(str(last)) + Decimal(str(step))
+            raise wrong(f"must be reached by steps of {step} from {low}: {last} or {above}", high, "high")
 
     @property
     def whole(self) -> bool:
@@ -85,81 +138,57 @@ def overrides_of(point: Point) -> list[str]:
     return [override(name, value) for name, value in point.items()]
 
 
-def read_space(read: Reader) -> tuple[Parameter, ...]:
-    """Read and check the ``space`` of a sweep's file.
+class _Spec(Section):
+    """A parameter as it is written in the file."""
 
-    Raises
-    ------
-    InputError
-        Naming the key: if a range is empty or the wrong way round, logarithmic from zero or below, if choices are
-        missing or doubled, or a condition names no parameter with choices above it, or none of its values.
+    def read(self, value: Any, known: Sequence[str]) -> Any:
+        value = super().read(value, known)
+        if "choices" in value:
+            for key in ("low", "high", "log", "step"):
+                if key in value:
+                    raise wrong("must not stand beside choices", value[key], key)
+        elif not {"low", "high"} <= value.keys():
+            raise wrong("must have low and high, or choices", dict(value))
+        return value
+
+
+class Space:
+    """The ``space`` of a sweep's file: a mapping of names to parameters, which becomes a tuple of these.
+
+    A parameter's condition names parameters with choices above it, and some of these.
     """
-    space: list[Parameter] = []
-    for name in read.values:
-        check_own("space", str(name), allowed=("search",))
-        space.append(_parameter(str(name), read.below(name), space))
-    if not space:
-        raise InputError("space", "{}", "must name at least one setting, e.g. search.sigma_1: {low: 0.01, high: 1}")
-    return tuple(space)
 
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        parameters = handler.generate_schema(dict[str, Annotated[Parameter, _Spec(hidden=("name",))]])
+        before = core_schema.no_info_before_validator_function(self._names, parameters)
+        return core_schema.no_info_after_validator_function(self._parameters, before)
 
-def _parameter(name: str, read: Reader, above: Sequence[Parameter]) -> Parameter:
-    read.only(("choices", "low", "high", "log", "step", "when"))
-    when = _condition(read, above) if read.values.get("when") is not None else None
-    if "choices" in read.values:
-        for key in ("low", "high", "log", "step"):
-            if key in read.values:
-                raise read.refuse(key, "must not stand beside choices")
-        return Parameter(name, choices=_choices(read), when=when)
-    if "low" not in read.values or "high" not in read.values:
-        raise InputError(read.prefix[:-1], dict(read.values), "must have low and high, or choices")
-    low, high, log = read.number("low"), read.number("high"), read.flag("log", False)
-    if not low < high:
-        raise read.refuse("low", f"must be below high, which is {high}")
-    if log and low <= 0:
-        raise read.refuse("low", "must be above 0 where log is true")
-    step = read.number("step") if read.values.get("step") is not None else None
-    if step is not None and not 0 < step <= high - low:
-        raise read.refuse("step", f"must be above 0 and at most {high - low}, the width of the range")
-    if step is not None and log:
-        raise read.refuse("step", "must not stand beside log: true")
-    if step is not None and (last := _steps(low, high, step)[-1]) != high:
-        expected = f"must be reached by steps of {step} from {low}: {last} or {_next(last, step)}"
-        raise read.refuse("high", expected)
-    return Parameter(name, low=low, high=high, log=log, step=step, when=when)
+    @staticmethod
+    def _names(value: Any) -> Any:
+        if not isinstance(value, Mapping):
+            raise wrong("must be a mapping of keys to values")
+        for name in value:
+            check_own(str(name), allowed=("search",))
+        if not value:
+            raise wrong("must name at least one setting, e.g. search.sigma_1: {low: 0.01, high: 1}", "{}")
+        return {str(name): parameter for name, parameter in value.items()}
 
-
-def _next(value: float, step: float) -> Decimal:
-    return Decimal(str(value)) + Decimal(str(step))
-
-
-def _choices(read: Reader) -> tuple[Value, ...]:
-    choices = read.values["choices"]
-    if not isinstance(choices, list) or not choices:
-        raise read.refuse("choices", "must be a list of values")
-    for number, value in enumerate(choices):
-        if not isinstance(value, Value):
-            raise read.refuse("choices", "must be plain values: numbers, words, true, false, null")
-        if is_one_of(value, choices[:number]):
-            raise read.refuse("choices", f"must not hold {value} twice")
-    return tuple(choices)
-
-
-def _condition(read: Reader, above: Sequence[Parameter]) -> dict[str, tuple[Value, ...]]:
-    when = read.below("when")
-    parameters = {parameter.name: parameter for parameter in above}
-    found = {}
-    for name, value in when.values.items():
-        values = tuple(value) if isinstance(value, list) else (value,)
-        if name not in parameters or not parameters[name].choices:
-            known = [other for other, parameter in parameters.items() if parameter.choices]
-            expected = "must be the name of a parameter with choices that is declared above this one"
-            raise InputError(when.prefix[:-1], name, f"{expected} ({', '.join(known) or 'there is none'})")
-        possible = parameters[name].choices
-        if not values or not all(is_one_of(item, possible) for item in values):
-            raise when.refuse(name, f"must be one of its choices, or a list of some: {', '.join(map(shown, possible))}")
-        found[str(name)] = values
-    return found
+    @staticmethod
+    def _parameters(space: Mapping[str, Parameter]) -> tuple[Parameter, ...]:
+        choices: dict[str, tuple[Value, ...]] = {}
+        for name, parameter in space.items():
+            for other, values in (parameter.when or {}).items():
+                if other not in choices:
+                    expected = "must be the name of a parameter with choices that is declared above this one"
+                    raise wrong(f"{expected} ({', '.join(choices) or 'there is none'})", other, f"{name}.when")
+                if not values or not all(is_one_of(value, choices[other]) for value in values):
+                    possible = ", ".join(map(shown, choices[other]))
+                    given = values[0] if len(values) == 1 else list(values)
+                    expected = f"must be one of its choices, or a list of some: {possible}"
+                    raise wrong(expected, given, f"{name}.when.{other}")
+            if parameter.choices:
+                choices[name] = parameter.choices
+        return tuple(replace(parameter, name=name) for name, parameter in space.items())
 
 
 def grid_points(space: Sequence[Parameter]) -> Iterator[dict[str, Value]]:

@@ -19,7 +19,7 @@ from optuna.storages.journal._file import get_lock_file
 from sqlalchemy.exc import DBAPIError, InterfaceError, OperationalError, SQLAlchemyError
 
 from origami_lab.errors import InputError
-from origami_lab.sweep.sweep_config import Declaration
+from origami_lab.sweep.sweep_config import GONE_PRUNER, Declaration
 from origami_lab.text import without_password
 from origami_lab.tracking.store import cause_of
 
@@ -184,6 +184,8 @@ def check_same(name: str, before: Mapping[str, Any], now: Mapping[str, Any]) -> 
     """Raise InputError if a study was declared otherwise than it is now; names what differs first."""
     from origami_lab.config.node import flatten
 
+    if _goes_on_without_its_pruner(before, now):
+        before = {**before, "pruner": now["pruner"]}
     left, right = flatten(before), flatten(now)
     for key in [*right, *(key for key in left if key not in right)]:
         if left.get(key, "not there") != right.get(key, "not there"):
@@ -194,6 +196,12 @@ def check_same(name: str, before: Mapping[str, Any], now: Mapping[str, Any]) -> 
         if isinstance(now[key], Mapping) and list(now[key]) != list(before[key]):
             expected = f"was in the order {', '.join(before[key])} when the study {name} was started, and it matters"
             raise InputError(key, ", ".join(now[key]), expected)
+
+
+def _goes_on_without_its_pruner(before: Mapping[str, Any], now: Mapping[str, Any]) -> bool:
+    """Whether a study of version 0.1.0 had the pruner that is not there any more, and now asks for none."""
+    names = [(fixed.get("pruner") or {}).get("name") for fixed in (before, now)]
+    return names == [GONE_PRUNER, "none"]
 
 
 PATIENCE = 600.0

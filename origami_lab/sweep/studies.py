@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import statistics
-import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -50,8 +49,6 @@ class Job(ABC):
     seeds: Sequence[int]
     folder: Path
     pruner: BasePruner | None = None
-    means: bool = True
-    """Whether the pruner is told the mean so far, or the return of each seed."""
     _composed: tuple[list[str] | None, Settings | None] = (None, None)
 
     @abstractmethod
@@ -102,7 +99,6 @@ class SearchJob(Job):
         self.name, self.count, self.seeds = declaration.study, declaration.trials, declaration.seeds
         self.folder = declaration.folder / "trials"
         self.pruner = make_pruner(declaration.pruner)
-        self.means = declaration.pruner.name != "wilcoxon"
 
     def fixed(self) -> dict[str, Any]:
         return self.declaration.fixed
@@ -124,8 +120,6 @@ class SearchJob(Job):
         return trial, [*self.declaration.base, *overrides_of(point)]
 
     def why_pruned(self, claim: HeldTrial, step: int) -> str:
-        if not self.means:
-            return f"worse than the best trial on its first {step + 1} seeds, by Wilcoxon's signed-rank test"
         complete = [place.trial for place in claim.places.look() if place.state == "complete" and place.trial]
         median = statistics.median(trial.intermediate_values[step] for trial in complete)
         return f"below {median:.4f}, the median of the complete trials after as many seeds"
@@ -189,26 +183,10 @@ def _known(place: Slot, claim: HeldTrial) -> FrozenTrial | None:
     )
 
 
-class _Wilcoxon(optuna.pruners.WilcoxonPruner):
-    """Optuna's, which gives up none before so many were played to the end."""
-
-    def __init__(self, pruner: Pruner) -> None:
-        super().__init__(n_startup_steps=pruner.warmup)
-        self._startup = pruner.startup
-
-    def prune(self, study: optuna.Study, trial: FrozenTrial) -> bool:
-        complete = study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,))
-        return len(complete) >= self._startup and super().prune(study, trial)
-
-
 def make_pruner(pruner: Pruner) -> BasePruner:
     """Optuna's pruner of that name; seeds are its steps, from 0."""
     if pruner.name == "median":
         return optuna.pruners.MedianPruner(n_startup_trials=pruner.startup, n_warmup_steps=pruner.warmup - 1)
-    if pruner.name == "wilcoxon":
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # it is experimental
-            return _Wilcoxon(pruner)
     return optuna.pruners.NopPruner()
 
 

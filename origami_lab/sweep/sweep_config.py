@@ -4,48 +4,64 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import yaml  # type: ignore[import-untyped]
 from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
+from pydantic import BeforeValidator
 
-from origami_lab.config.checked_values import Reader, check_own
+from origami_lab.checks import REFUSED, Choice, ExistingFolder, Folder, Section, Text, Whole, Word, check, wrong
+from origami_lab.config.checked_values import Overrides, Seeds, Tracking
 from origami_lab.config.compose import compose_settings
 from origami_lab.config.node import Node
-from origami_lab.config.seeds import format_seeds
+from origami_lab.config.seeds import format_seeds, parse_seeds
 from origami_lab.config.settings import Settings
 from origami_lab.errors import InputError
-from origami_lab.files import expanded
 from origami_lab.machine import usable_cores
 from origami_lab.runs.run_folder import RESULTS
-from origami_lab.sweep.search_space import Parameter, grid_size, read_space
+from origami_lab.sweep.search_space import Parameter, Space, grid_size
 
-KEYS = (
-    *("study", "task", "searcher", "budget", "seeds", "space", "trials", "sampler", "pruner", "held_out"),
-    *("workers", "storage", "output", "tracking", "config_dir"),
-)
 ON_THE_COMMAND_LINE = ("sampler", "pruner", "held_out", "tracking")
 """Keys with keys of their own, which the command line takes as KEY.KEY=VALUE, too."""
-SAMPLERS = ("tpe", "cmaes", "random", "grid")
 LEARNING = ("tpe", "cmaes")
 """Samplers that learn from the trials before."""
-PRUNERS = ("median", "wilcoxon", "none")
+TRACKED = Tracking()
+_FILE = Section()
+GONE_PRUNER = "wilcoxon"
+"""A pruner of version 0.1.0: studies that were begun with it stay readable, and go on without."""
 MOST_TRIALS = 100_000
-FEWEST_FOR_WILCOXON = 5
-"""Seeds a trial: signs alone of n differences have a probability of 2^-n, and Optuna's test asks for less than 0.1."""
+
+
+class _PrunerName(Choice):
+    def message(self, value: Any) -> str:
+        gone = "; studies that were begun with it go on with pruner=none" * (value == GONE_PRUNER)
+        return f"{super().message(value)}{gone}"
+
+
+def _names(value: Any) -> Any:
+    """The mapping of names to settings that the best is compared with."""
+    if value is None:
+        return {}
+    if not isinstance(value, Mapping):
+        raise wrong("must be a mapping of keys to values")
+    for name in value:
+        if not re.fullmatch(r"[a-z]\w{,29}", str(name)) or name in ("best", "defaults"):
+            raise wrong("must have a name of letters and digits, other than best and defaults", value[name], str(name))
+    return value
 
 
 @dataclass(frozen=True)
 class Sampler:
     """How the parameters of a trial are chosen."""
 
-    name: str
-    seed: int
-    startup: int
+    name: Annotated[str, Choice(("tpe", "cmaes", "random", "grid"))] = "tpe"
+    seed: Annotated[int, Whole(0, 2**32 - 1)] = 0
+    startup: Annotated[int, Whole(1, 10_000)] = 10
     """Trials with random parameters before it learns."""
 
 
@@ -53,10 +69,10 @@ class Sampler:
 class Pruner:
     """When a trial is given up before its last seed."""
 
-    name: str
-    startup: int
+    name: Annotated[str, _PrunerName(("median", "none"))] = "median"
+    startup: Annotated[int, Whole(1, 10_000)] = 5
     """Finished trials before any is given up."""
-    warmup: int
+    warmup: Annotated[int, Whole(1, 10_000)] = 1
     """Seeds that every trial plays."""
 
 
@@ -64,35 +80,38 @@ class Pruner:
 class HeldOut:
     """What the best is compared on: seeds that no trial played."""
 
-    seeds: tuple[int, ...]
-    budget: int
-    against: Mapping[str, tuple[str, ...]]
+    seeds: Annotated[tuple[int, ...], Seeds()] = parse_seeds("1000..1019")
+    budget: Annotated[int, Whole(1, 10**12)] = 0
+    """Interactions a seed; by default as many as trials have."""
+    against: Annotated[Mapping[str, Annotated[tuple[str, ...], Overrides("search")]], BeforeValidator(_names)] = field(
+        default_factory=dict
+    )
     """Names of settings to compare with, beside the searcher's defaults, and their overrides."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Declaration:
-    """A sweep as declared."""
+    """A sweep as declared: the keys of its file."""
 
-    study: str
-    task: tuple[str, ...]
+    study: Annotated[str, Word()]
+    task: Annotated[tuple[str, ...], Overrides()]
     """Overrides, as on the command line."""
-    searcher: str
-    budget: int
+    searcher: Annotated[str, Word()]
+    budget: Annotated[int, Whole(1, 10**12)] = 100_000
     """Interactions a seed."""
-    seeds: tuple[int, ...]
-    """Those of each trial; its value is the mean return."""
-    space: tuple[Parameter, ...]
-    trials: int
-    sampler: Sampler
-    pruner: Pruner
-    held_out: HeldOut
-    workers: int
-    storage: str | None
+    seeds: Annotated[tuple[int, ...], Seeds()] = parse_seeds("0..4")
+    """Seeds of each trial; its value is their mean return."""
+    space: Annotated[tuple[Parameter, ...], Space()]
+    trials: Annotated[int, Whole(1, MOST_TRIALS)] = 40
+    sampler: Annotated[Sampler, Section("name")] = Sampler()
+    pruner: Annotated[Pruner, Section("name")] = Pruner()
+    held_out: Annotated[HeldOut, Section()] = HeldOut()
+    workers: Annotated[int, Whole(1, 1024)] = 1
+    storage: Annotated[str | None, Text()] = None
     """A URL of a database or a journal file; None for a journal in the folder."""
-    output: Path | None
-    tracking: Node
-    config_dir: Path | None
+    output: Annotated[Path | None, Folder()] = None
+    tracking: Annotated[Tracking, Section("kind")] = TRACKED
+    config_dir: Annotated[Path | None, ExistingFolder()] = None
     """A folder with options of the user's own, like --config-dir."""
 
     @property
@@ -142,36 +161,27 @@ def read_declaration(file: Path, changes: Sequence[str] = ()) -> Declaration:
         If a key is unknown or missing, or a value is not what it must be; it names the key.
     """
     values = _changed(_load(file), changes)
-    read = Reader(values)
-    read.only(KEYS)
     for key, example in (
         ("task", "[target=bowl]"),
         ("searcher", "evo"),
         ("space", "{search.elite: {choices: [0, 1]}}"),
     ):
         if values.get(key) is None:
-            raise read.refuse(key, f"must be given, e.g. {key}: {example}")
-    budget = read.whole("budget", 1, default=100_000)
-    seeds = read.seeds("seeds", "0..4")
-    space = read_space(read.below("space"))
-    sampler = _sampler(read.below("sampler", "name"))
-    return Declaration(
-        study=_study(read, file),
-        task=_task(read),
-        searcher=read.word("searcher"),
-        budget=budget,
-        seeds=seeds,
-        space=space,
-        trials=_trials(read, sampler, space),
-        sampler=sampler,
-        pruner=_pruner(read.below("pruner", "name"), len(seeds)),
-        held_out=_held_out(read.below("held_out"), seeds, budget),
-        workers=usable_cores() if values.get("workers") == "auto" else read.whole("workers", 1, 1024, default=1),
-        storage=read.text("storage"),
-        output=None if (output := read.text("output")) is None else expanded(output),
-        tracking=_tracking(read.below("tracking", "kind")),
-        config_dir=_config_dir(read),
-    )
+            raise InputError(key, values.get(key, "(nothing)"), f"must be given, e.g. {key}: {example}")
+    if "study" not in values and Word().take(file.stem) is REFUSED:
+        raise InputError("sweep", file, f"has a name that cannot be the study's, which {Word.expected}")
+    if values.get("trials", 0) is None:  # as if not given
+        del values["trials"]
+    if values.get("workers") == "auto":
+        values["workers"] = usable_cores()
+    found: Declaration = check(Declaration, {"study": file.stem, **values}, section=_FILE)
+    if found.sampler.name == "cmaes" and find_spec("cmaes") is None:
+        raise InputError("sampler", "cmaes", "needs the package cmaes: pip install 'origami-lab[cmaes]'")
+    return replace(found, trials=_trials(found, "trials" not in values), held_out=_held_out(found, values))
+
+
+def _keys() -> list[str]:
+    return [known.name for known in fields(Declaration)]
 
 
 def _load(file: Path) -> dict[str, Any]:
@@ -186,7 +196,7 @@ def _load(file: Path) -> dict[str, Any]:
             "sweep", file, f"cannot be read: {what}" + (f" in line {mark.line + 1}" if mark else "")
         ) from None
     if not isinstance(values, dict) or not values:
-        raise InputError("sweep", file, f"must hold keys and values: {', '.join(KEYS)}")
+        raise InputError("sweep", file, f"must hold keys and values: {', '.join(_keys())}")
     return {str(key): value for key, value in values.items()}
 
 
@@ -196,8 +206,8 @@ def _changed(values: dict[str, Any], changes: Sequence[str]) -> dict[str, Any]:
         above, dot, below = key.partition(".")
         if not equals:
             raise InputError("sweep", change, "must be KEY=VALUE, e.g. workers=2")
-        if above not in KEYS or (dot and above not in ON_THE_COMMAND_LINE):
-            known = ", ".join(name for name in KEYS if name != "space")
+        if above not in _keys() or (dot and above not in ON_THE_COMMAND_LINE):
+            known = ", ".join(name for name in _keys() if name != "space")
             raise InputError(key, text, f"there is no such key of a sweep; must be one of {known}")
         try:
             value = OmegaConf.to_container(OmegaConf.from_dotlist([f"value={text}"]))["value"]  # type: ignore[call-overload, index]
@@ -212,78 +222,26 @@ def _changed(values: dict[str, Any], changes: Sequence[str]) -> dict[str, Any]:
     return values
 
 
-def _trials(read: Reader, sampler: Sampler, space: Sequence[Parameter]) -> int:
-    if sampler.name != "grid":
-        return read.whole("trials", 1, MOST_TRIALS, default=40)
-    points = grid_size(space, MOST_TRIALS)
+def _trials(found: Declaration, all_points: bool) -> int:
+    """How many trials there are: of a grid, where no number says so, all its points."""
+    if found.sampler.name != "grid":
+        return found.trials
+    points = grid_size(found.space, MOST_TRIALS)
     if points > MOST_TRIALS:
         raise InputError("sampler", "grid", f"the grid must have at most {MOST_TRIALS} points")
-    if read.values.get("trials") is None:
-        return points
-    trials = read.whole("trials", 1, MOST_TRIALS)
-    if trials > points:
-        raise read.refuse("trials", f"must be at most {points}, the points of the grid")
-    return trials
+    if not all_points and found.trials > points:
+        raise InputError("trials", found.trials, f"must be at most {points}, the points of the grid")
+    return points if all_points else found.trials
 
 
-def _study(read: Reader, file: Path) -> str:
-    if "study" in read.values:
-        return read.word("study")
-    try:
-        return read.word("study", file.stem)
-    except InputError as error:
-        raise InputError("sweep", file, f"has a name that cannot be the study's, which {error.expected}") from None
-
-
-def _task(read: Reader) -> tuple[str, ...]:
-    task = read.overrides("task")
-    for setting in task:
-        check_own("task", setting)
-    return task
-
-
-def _sampler(read: Reader) -> Sampler:
-    read.only(("name", "seed", "startup"))
-    name = read.choice("name", SAMPLERS, "tpe")
-    return Sampler(name, read.whole("seed", 0, 2**32 - 1, default=0), read.whole("startup", 1, 10_000, default=10))
-
-
-def _pruner(read: Reader, seeds: int) -> Pruner:
-    read.only(("name", "startup", "warmup"))
-    name = read.choice("name", PRUNERS, "median")
-    if name == "wilcoxon" and seeds < FEWEST_FOR_WILCOXON:
-        expected = f"must be at least {FEWEST_FOR_WILCOXON} for the pruner wilcoxon: with fewer its test cannot tell"
-        raise InputError("seeds", f"{seeds} of them", expected)
-    return Pruner(name, read.whole("startup", 1, 10_000, default=5), read.whole("warmup", 1, 10_000, default=1))
-
-
-def _held_out(read: Reader, played: Sequence[int], budget: int) -> HeldOut:
-    read.only(("seeds", "budget", "against"))
-    seeds = read.seeds("seeds", "1000..1019")
-    both = sorted(set(seeds) & set(played))
+def _held_out(found: Declaration, values: Node) -> HeldOut:
+    """What the best is compared on, once the seeds of trials and their budget are known."""
+    held_out = found.held_out
+    written = (values.get("held_out") or {}).get("seeds", format_seeds(held_out.seeds))
+    both = sorted(set(held_out.seeds) & set(found.seeds))
     if both:
-        raise read.refuse("seeds", f"must hold no seed that trials play ({', '.join(map(str, both[:5]))})")
-    if len(seeds) < 2:
-        raise read.refuse("seeds", "must hold at least two seeds; twenty or more tell something")
-    against = read.below("against")
-    for name in against.values:
-        if not re.fullmatch(r"[a-z]\w{,29}", str(name)) or name in ("best", "defaults"):
-            raise against.refuse(name, "must have a name of letters and digits, other than best and defaults")
-    others = {str(name): against.overrides(name) for name in against.values}
-    for name, settings in others.items():
-        for setting in settings:
-            check_own(against.prefix + name, setting, allowed=("search",))
-    return HeldOut(seeds, read.whole("budget", 1, default=budget), others)
-
-
-def _config_dir(read: Reader) -> Path | None:
-    text = read.text("config_dir")
-    if text is not None and not expanded(text).is_dir():
-        raise read.refuse("config_dir", "there is no such folder")
-    return None if text is None else expanded(text)
-
-
-def _tracking(read: Reader) -> Node:
-    read.only(("kind", "uri", "experiment"))
-    kind = read.choice("kind", ("mlflow", "none"), "mlflow")
-    return {"kind": kind, "uri": read.text("uri"), "experiment": read.text("experiment")}
+        expected = f"must hold no seed that trials play ({', '.join(map(str, both[:5]))})"
+        raise InputError("held_out.seeds", written, expected)
+    if len(held_out.seeds) < 2:
+        raise InputError("held_out.seeds", written, "must hold at least two seeds; twenty or more tell something")
+    return replace(held_out, budget=held_out.budget or found.budget)

@@ -20,12 +20,12 @@ from origami_lab.tracking.tracker import MlflowTracker, NullTracker, Say, Tracke
 
 def store_of_study(declaration: Declaration) -> str:
     """The URI of the store: as declared, else where the study was tracked before, else the default one."""
-    return str(declaration.tracking.get("uri") or read_note(declaration.folder).get("uri") or default_uri())
+    return str(declaration.tracking.uri or read_note(declaration.folder).get("uri") or default_uri())
 
 
 def check_sweep_tracking(declaration: Declaration) -> None:
     """Raise InputError if the store can never work."""
-    if declaration.tracking["kind"] != "none":
+    if declaration.tracking.kind != "none":
         check_store(store_of_study(declaration))
 
 
@@ -37,10 +37,10 @@ def make_sweep_tracker(declaration: Declaration, say: Say, later: Sequence[str])
     later
         The command that pushes what was missed.
     """
-    if declaration.tracking["kind"] == "none":
+    if declaration.tracking.kind == "none":
         return NullTracker()
     uri = absolute_uri(store_of_study(declaration))
-    write_note(declaration.folder, {"uri": uri, "experiment": declaration.tracking.get("experiment")})
+    write_note(declaration.folder, {"uri": uri, "experiment": declaration.tracking.experiment})
     return MlflowTracker(declaration.folder, uri, say, pusher=__name__, later=later)
 
 

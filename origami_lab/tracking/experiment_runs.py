@@ -95,9 +95,7 @@ class Runs:
                 raise RefusedError(f"{folder} cannot be written ({error.strerror or error})") from error
         with in_plain_words(self.uri):
             self.client = open_client(uri)
-            name = settings.tracking.get("experiment") or (
-                self.multirun[0].experiment if self.multirun else settings.task
-            )
+            name = settings.tracking.experiment or (self.multirun[0].experiment if self.multirun else settings.task)
             self.experiment = experiment_id(self.client, uri, str(name))
 
     def push(self, live: bool, pushed: Callable[[int], None] = lambda seed: None) -> int:

@@ -87,7 +87,7 @@ def sync_runs(
         store = uri
         try:
             settings = read_run(folder)
-            store = uri or read_note(folder).get("uri") or settings.tracking.get("uri") or default_uri()
+            store = uri or read_note(folder).get("uri") or settings.tracking.uri or default_uri()
             store = absolute_uri(str(store))
             if store in dead:
                 raise StoreError(dead[store])

@@ -57,21 +57,21 @@ class NullTracker:
 
 def make_tracker(settings: Settings, folder: Path, say: Say) -> Tracker:
     """The tracker that the configuration asks for."""
-    if settings.tracking["kind"] == "none":
+    if settings.tracking.kind == "none":
         return NullTracker()
     return MlflowTracker(folder, store_of(settings, folder), say)
 
 
 def check_tracking(settings: Settings) -> None:
     """Raise InputError if the store can never work, before any work is done for it."""
-    if settings.tracking["kind"] != "none":
+    if settings.tracking.kind != "none":
         check_store(store_of(settings, settings.output if settings.resume else None))
 
 
 def store_of(settings: Settings, folder: Path | None) -> str:
     """The URI of the store: as configured, else where the run folder was tracked before, else the default one."""
     noted = None if folder is None else read_note(folder).get("uri")
-    return str(settings.tracking.get("uri") or noted or default_uri())
+    return str(settings.tracking.uri or noted or default_uri())
 
 
 class MlflowTracker:

@@ -16,7 +16,7 @@ from origami_lab.errors import InputError
 
 MINE = """\
 import numpy as np
-from origami_lab.targets.target import Target, cube
+from origami_lab.targets import Target
 
 class Objective:
     def __init__(self, size=1):

@@ -111,10 +111,10 @@ def test_depth_decides_not_order(tmp_path: Path) -> None:
     one = np.array([(-1, -1, -1), (1, -1, 1), (1, 1, 1), (-1, 1, -1)], dtype=float)
     other = np.array([(-1, -1, 1), (1, -1, -1), (1, 1, -1), (-1, 1, 1)], dtype=float)
     studio = folded_picture.Studio(np.vstack([one, other]), None, SIZE)
-    sheet = folded_picture.Sheet(np.array([(0, 1, 2), (0, 2, 3), (4, 5, 6), (4, 6, 7)]), np.array([0, 0, 1, 1]))
+    sheet = folded_picture.DrawnSheet(np.array([(0, 1, 2), (0, 2, 3), (4, 5, 6), (4, 6, 7)]), np.array([0, 0, 1, 1]))
     coords = np.vstack([one, other])
     picture = np.asarray(studio.picture(sheet, coords), dtype=np.int64)
-    swapped = folded_picture.Sheet(sheet.triangles[[2, 3, 0, 1]], sheet.panels[[2, 3, 0, 1]])
+    swapped = folded_picture.DrawnSheet(sheet.triangles[[2, 3, 0, 1]], sheet.panels[[2, 3, 0, 1]])
     assert np.array_equal(picture, np.asarray(studio.picture(swapped, coords), dtype=np.int64))
     shades = {tuple(colour) for colour in picture.reshape(-1, 3)[hue(picture, 0).ravel()][:, :1] // 24}
     assert len(shades) >= 2  # both fronts are seen

@@ -20,6 +20,7 @@ from origami_lab.runs.trial_row import Spread, read_trials
 from origami_lab.workers.interrupts import NUMBERS, SAME_SECONDS, Interrupts
 from tests.experiment.test_runner import background, wait_for, wait_for_group_to_end
 from tests.multirun.test_launchers import table
+from tests.small_runs import trial_row
 
 in_posix = pytest.mark.skipif(not hasattr(signal, "sigwait"), reason="no thread can wait for signals")
 
@@ -100,7 +101,7 @@ def test_a_job_hears_what_the_command_heard_and_what_came_before_it_listened(tmp
 
 def test_each_job_has_one_line_of_a_narrow_table() -> None:
     spread = Spread(-2.5394, 0.0612, 2)
-    row = {"return": -2.4961, "seed": 1}
+    row = trial_row(1, -2.4961)
     long = {"max_crease_length": "2.9"}
     for kinds in (("rdm",), ("rdm", "dfts")):
         found = [

@@ -50,7 +50,7 @@ def cube_problem(budget: int) -> Problem:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"observation": "picture"}, r"search\.observation=picture: must be compact or tensor"),
+        ({"observation": "picture"}, r"search\.observation=picture: must be one of compact, tensor"),
         ({"games": 7}, r"search\.games=7: must divide search\.batch=2050"),
         ({"layers": []}, r"search\.layers"),
         ({"layers": [256, 0]}, r"search\.layers"),

@@ -7,7 +7,6 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
-import optuna
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -16,8 +15,7 @@ from optuna.trial import FrozenTrial, create_trial
 from origami_lab.errors import InputError
 from origami_lab.sweep.samplers import distribution, suggest
 from origami_lab.sweep.search_space import Parameter, grid_points
-from origami_lab.sweep.studies import make_pruner
-from origami_lab.sweep.sweep_config import Declaration, Pruner
+from origami_lab.sweep.sweep_config import Declaration
 from tests.sweep.conftest import declare
 
 NO = InputError("x", 1, "too large")
@@ -121,17 +119,3 @@ def test_a_grid_is_played_once_over(tmp_path: Path) -> None:
     found = [str(point) for point in points(declaration, 6)]
     assert sorted(found) == sorted(str(point) for point in grid_points(declaration.space))
     assert found != [str(point) for point in grid_points(declaration.space)]  # shuffled
-
-
-def test_wilcoxon_gives_up_a_clearly_worse_trial_after_its_startup_and_no_sooner() -> None:
-    optuna.logging.set_verbosity(optuna.logging.ERROR)
-    study = optuna.create_study(direction="maximize", pruner=make_pruner(Pruner("wilcoxon", startup=2, warmup=1)))
-    for complete in range(3):
-        worse = study.ask()
-        for step in range(4):
-            worse.report(-2.0 - step, step)
-        assert worse.should_prune() == (complete >= 2)
-        good = study.ask()
-        for step in range(5):
-            good.report(-1.0 - step, step)
-        study.tell(good, -3.0)

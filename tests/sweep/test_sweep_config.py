@@ -9,6 +9,7 @@ import pytest
 
 from origami_lab.errors import InputError
 from origami_lab.sweep.search_space import grid_points
+from origami_lab.sweep.storage import check_same
 from origami_lab.sweep.studies import check_comparison, check_space
 from origami_lab.sweep.sweep_config import read_declaration
 from tests.sweep.conftest import ROOT, SMALL, declare, write_file
@@ -32,7 +33,7 @@ REFUSED: list[tuple[dict[str, Any], str, str]] = [
     ({"sampler": "bayes"}, "sampler.name=bayes:", "tpe, cmaes, random, grid"),
     ({"sampler": {"name": "tpe", "sede": 1}}, "sampler.sede=1:", "did you mean seed?"),
     ({"sampler": [1]}, "sampler=[1]:", "mapping"),
-    ({"pruner": {"name": "halving"}}, "pruner.name=halving:", "median, wilcoxon, none"),
+    ({"pruner": {"name": "halving"}}, "pruner.name=halving:", "median, none"),
     ({"workers": 0}, "workers=0:", "from 1"),
     ({"study": "a/b"}, "study=a/b:", "word"),
     ({"tracking": "wandb"}, "tracking.kind=wandb:", "mlflow, none"),
@@ -44,7 +45,7 @@ REFUSED: list[tuple[dict[str, Any], str, str]] = [
     (space("tracking.uri", choices=["a"]), "space=tracking.uri:", "the sweep's own key tracking"),
     (space("resume", choices=[True]), "space=resume:", "own affair"),
     ({"held_out": {"against": {"more": ["budget=9000"]}}}, "held_out.against.more=budget=9000:", "own key budget"),
-    ({"pruner": "wilcoxon", "seeds": "0..3"}, "seeds=4 of them:", "at least 5 for the pruner wilcoxon"),
+    ({"pruner": "wilcoxon"}, "pruner.name=wilcoxon:", "studies that were begun with it go on with pruner=none"),
     (space("search.sigma_2", low=0.1, high=0.35, step=0.1), "space.search.sigma_2.high=0.35:", "0.3 or 0.4"),
     ({"held_out": {"seeds": "1..3"}}, "held_out.seeds=1..3:", "no seed that trials play (1)"),
     ({"held_out": {"seeds": 7}}, "held_out.seeds=7:", "at least two"),
@@ -137,7 +138,7 @@ def test_the_command_line_wins(tmp_path: Path) -> None:
     assert (found.sampler.name, found.sampler.seed) == ("tpe", 9)
     assert found.seeds == (3, 5)
     assert found.held_out.budget == 7
-    assert found.tracking["kind"] == "none"
+    assert found.tracking.kind == "none"
     assert found.storage is None
 
 
@@ -211,3 +212,28 @@ def test_the_sweeps_that_come_along(file: Path) -> None:
     assert any(parameter.log for parameter in declaration.space)
     assert any(parameter.when for parameter in declaration.space)
     check_space(declaration)
+
+
+def test_cmaes_is_refused_without_its_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("origami_lab.sweep.sweep_config.find_spec", lambda name: None)
+    with pytest.raises(
+        InputError, match=r"^sampler=cmaes: needs the package cmaes: pip install 'origami-lab\[cmaes\]'$"
+    ):
+        declare(tmp_path, sampler="cmaes")
+    assert not (tmp_path / "out").exists()
+    assert declare(tmp_path, sampler="tpe").sampler.name == "tpe"
+
+
+def test_a_study_that_had_the_pruner_wilcoxon_goes_on_without(tmp_path: Path) -> None:
+    now = declare(tmp_path, pruner="none").fixed
+    before = {**now, "pruner": {"name": "wilcoxon", "startup": 5, "warmup": 1}}
+    check_same("small", before, now)
+    with pytest.raises(InputError, match=r"^pruner\.name=median: was wilcoxon when the study"):
+        check_same("small", before, declare(tmp_path, pruner="median").fixed)
+    with pytest.raises(InputError, match=r"^budget=7: was 300 "):
+        check_same("small", before, {**now, "budget": 7})
+
+
+def test_a_step_as_wide_as_the_range_is_taken_as_it_is_written(tmp_path: Path) -> None:
+    declaration = declare(tmp_path, **space("search.sigma_2", low=0.1, high=0.3, step=0.2))
+    assert declaration.space[-1].values() == (0.1, 0.3)

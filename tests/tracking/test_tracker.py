@@ -158,7 +158,7 @@ def test_a_batch_system_that_signals_every_process(tmp_path: Path) -> None:
     wait_for((tmp_path / "out/tracking.json").exists, process)
     time.sleep(1.0)
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
-    assert any(b"experiment.pusher" in Path(f"/proc/{child}/cmdline").read_bytes() for child in children)
+    assert any(b"tracking.push_process" in Path(f"/proc/{child}/cmdline").read_bytes() for child in children)
     for child in (*children, process.pid):
         os.kill(int(child), signal.SIGTERM)
     assert process.wait(120) == 130
