@@ -253,7 +253,7 @@ def run_inside(arguments: Sequence[str]) -> Case:
         raise Late
 
     out, err = io.StringIO(), io.StringIO()
-    runner.Pool = _NoPool  # type: ignore[misc, assignment]
+    runner.TrialPool = _NoPool  # type: ignore[misc, assignment]
     runner.make_tracker = lambda settings, *rest: make_tracker(replace(settings, tracking=Tracking("none")), *rest)
     before = signal.signal(signal.SIGALRM, late)
     signal.alarm(SECONDS)

@@ -9,10 +9,15 @@ from pathlib import Path
 
 
 @contextmanager
-def replacing(path: str | os.PathLike[str], *, sync: bool = False) -> Iterator[Path]:
+def replacing(path: str | os.PathLike[str], *, sync: bool = False, keep: bool = False) -> Iterator[Path]:
     """A hidden file beside ``path`` that takes its place when the block ends, and vanishes if the block raises.
 
-    With ``sync`` the content is on the disk before: some file systems only say then that there is no room for it.
+    Parameters
+    ----------
+    sync
+        The content is on the disk before: some file systems only say then that there is no room for it.
+    keep
+        A file that another process has put there meanwhile stays: it may be in use.
     """
     path = Path(path)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
@@ -20,10 +25,22 @@ def replacing(path: str | os.PathLike[str], *, sync: bool = False) -> Iterator[P
         yield temporary
         if sync:
             on_disk(temporary)
-        temporary.replace(path)
+        if not (keep and _put_unless_there(temporary, path)):
+            temporary.replace(path)
     finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
+
+
+def _put_unless_there(file: Path, path: Path) -> bool:
+    """Give a file another name, unless that is taken, all at once; False if the file system cannot do it."""
+    try:
+        os.link(file, path)
+    except FileExistsError:
+        pass
+    except OSError:  # no hard links
+        return path.exists()
+    return True
 
 
 def write_whole(path: str | os.PathLike[str], content: str | bytes, *, sync: bool = False) -> None:

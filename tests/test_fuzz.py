@@ -15,7 +15,7 @@ def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.chdir(tmp_path)
     # what the fuzz replaces comes back afterwards
-    for name in ("Pool", "make_tracker"):
+    for name in ("TrialPool", "make_tracker"):
         monkeypatch.setattr(runner, name, getattr(runner, name))
 
 

@@ -120,9 +120,10 @@ def test_files_are_of_a_size_to_be_read() -> None:
     assert {file.name for file in MODULES if len(file.read_text(encoding="utf-8").splitlines()) > 400} == set()
 
 
-@pytest.mark.parametrize(
-    "page", ["README.md", "CONTRIBUTING.md", *(f"docs/{p.name}" for p in (ROOT / "docs").glob("*.md"))]
-)
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=[page.name for page in PAGES])
 def test_files_that_pages_name_are_there(page: Path) -> None:
     """Paths in backticks: from the project's root, the package, or the folder of the one named before."""
     text = page.read_text(encoding="utf-8")

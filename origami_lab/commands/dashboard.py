@@ -6,6 +6,10 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from origami_lab.tracking.mlflow_log import MlflowLog
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -44,9 +48,11 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def on_disk(directories: Sequence[Path], uri: str | None) -> int:
-    from origami_lab.sweep.tracking import find_studies, sync_studies
+    from origami_lab.sweep.study_runs import StudyRuns
+    from origami_lab.sweep.tracking import find_studies
+    from origami_lab.tracking.experiment_runs import ExperimentRuns
     from origami_lab.tracking.store import how_to_look
-    from origami_lab.tracking.sync import sync_runs
+    from origami_lab.tracking.sync import run_folders, sync_folders
 
     def say(line: str) -> None:
         print(line, flush=True)
@@ -55,9 +61,11 @@ def on_disk(directories: Sequence[Path], uri: str | None) -> int:
         print(f"error: {line}", file=sys.stderr, flush=True)
 
     studies = [study for directory in directories for study in find_studies(directory)]
-    failed, stores = sync_runs(directories, uri, say, complain, skip=studies)
-    failed_studies, their_stores = sync_studies(studies, uri, say, complain)
-    failed, stores = failed + failed_studies, stores | their_stores
+    folders: list[tuple[Path, type[MlflowLog]]] = [
+        *((folder, ExperimentRuns) for folder in run_folders(directories, skip=studies)),
+        *((study, StudyRuns) for study in studies),
+    ]
+    failed, stores = sync_folders(folders, uri, say, complain)
     for store in sorted(stores):
         print(f"to look at it: {how_to_look(store)}")
     return 1 if failed else 0

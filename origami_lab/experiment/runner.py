@@ -22,7 +22,7 @@ from origami_lab.config.warnings import remarks
 from origami_lab.errors import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK
 from origami_lab.experiment.progress_display import Display, make_display
 from origami_lab.experiment.trial import Progress
-from origami_lab.experiment.trial_pool import Event, Pool
+from origami_lab.experiment.trial_pool import Event, TrialPool
 from origami_lab.experiment.trial_worker import Failed, Finished
 from origami_lab.runs.run_folder import NO_ROOM, FolderError, RunFolder, read_summary
 from origami_lab.runs.trial_row import TrialRow, best_row, certificates, counts, spreads
@@ -83,7 +83,7 @@ def run_experiment(
     """
     settings = _as_begun(fit_workers(settings))
     check_tracking(settings)
-    with interrupts or Interrupts() as interrupts, Pool(settings) as pool:
+    with interrupts or Interrupts() as interrupts, TrialPool(settings) as pool:
         # the workers import while the parent imports and checks its input
         parts = build_parts(settings)
         with RunFolder.opened(settings) as folder:
@@ -124,7 +124,7 @@ def _begin(folder: RunFolder, settings: Settings, parts: Parts) -> str:
 
 
 def _play(
-    pool: Pool,
+    pool: TrialPool,
     folder: RunFolder,
     todo: Sequence[int],
     record: _Record,
@@ -223,7 +223,7 @@ class _Record:
         self.rows[seed] = row
         with suppress(OSError):  # the last one counts
             self.folder.write_trials(self.rows.values())
-        self.tracker.trial()
+        self.tracker.trial(seed)
 
     def ordered(self) -> tuple[TrialRow, ...]:
         return tuple(self.rows[seed] for seed in self.settings.seeds if seed in self.rows)

@@ -1,4 +1,4 @@
-"""Worker processes that run trials: one pipe each, so that a dead worker costs its own trial only.
+"""The worker processes of an experiment: one trial after the other is given to each.
 
 Not a library's pool, because three things must hold together: progress while a trial runs, a stop order that
 saves the best so far, and a worker that crashes (is killed for its memory, hangs) failing one seed and no other.
@@ -7,21 +7,16 @@ saves the best so far, and a worker that crashes (is killed for its memory, hang
 from __future__ import annotations
 
 import math
-import multiprocessing
 import time
 from collections import deque
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
-from multiprocessing.connection import Connection, wait
-from multiprocessing.context import SpawnProcess
 
 from origami_lab.config.settings import Settings
 from origami_lab.experiment.trial import Progress
 from origami_lab.experiment.trial_worker import Failed, Finished, Task, serve
 from origami_lab.runs.run_folder import RunFolder
-from origami_lab.workers.call_limit import CallLimit
-from origami_lab.workers.worker_process import JOIN_SECONDS, start_apart
+from origami_lab.workers.worker_process import STOP, WorkerProcess, hear
 
 TICK_SECONDS = 0.1
 HEAD_START_SECONDS = 15.0
@@ -43,27 +38,31 @@ class Tick:
 Event = Started | Progress | Finished | Failed | Tick
 
 
-@dataclass(eq=False)
-class _Worker:
-    process: SpawnProcess
-    pipe: Connection
-    limit: CallLimit
-    task: Task | None = None
-    used: bool = False
-    """Whether it was ever given a trial; until then it imports, and hears nothing."""
-    playing: bool = False
-    """Whether its trial has reported: only then is there something to save."""
-    dropped: bool = False
-    """Whether it was ended by us, with nothing to save."""
+class _Worker(WorkerProcess):
+    """A worker process and the trial that it was given."""
+
+    def __init__(self, settings: Settings, first: bool) -> None:
+        super().__init__(serve, (settings, first), settings.objective_seconds)
+        self.task: Task | None = None
+        self.used = False
+        """Whether it was ever given a trial; until then it imports, and hears nothing."""
+        self.playing = False
+        """Whether its trial has reported: only then is there something to save."""
+        self.dropped = False
+        """Whether it was ended by us, with nothing to save."""
+
+    def give(self, task: Task) -> None:
+        """Have it run a trial."""
+        self.task, self.used, self.playing = task, True, False
+        self.send(task)
 
 
-class Pool:
+class TrialPool:
     """Worker processes. The first starts at once, and imports while the parent still checks its input."""
 
     def __init__(self, settings: Settings) -> None:
-        self._context = multiprocessing.get_context("spawn")
         self._settings = settings
-        self._workers = [self._start(first=True)]
+        self._workers = [_Worker(settings, first=True)]
         self.stopping = False
 
     def run(self, folder: RunFolder, seeds: Sequence[int]) -> Iterator[Event]:
@@ -75,13 +74,15 @@ class Pool:
         todo = deque(seeds)
         ready, first_report = False, math.inf
         while len(self._workers) < min(self._settings.workers, len(todo)):
-            self._workers.append(self._start())
+            self._workers.append(_Worker(self._settings, first=False))
         while True:
             if not self.stopping:
                 for worker in self._workers if ready else self._workers[:1]:
                     if worker.task is None and todo:
                         seed = todo.popleft()
-                        self._give(worker, Task(self._settings, folder, seed))
+                        if not worker.process.is_alive():  # it died between two trials
+                            worker = self._replace(worker)
+                        worker.give(Task(self._settings, folder, seed))
                         yield Started(seed)
             busy = [worker for worker in self._workers if worker.task is not None]
             if not busy and (not todo or self.stopping):
@@ -103,57 +104,30 @@ class Pool:
                 continue
             if not worker.playing and not worker.pipe.poll():  # still loading or compiling: nothing to save
                 worker.dropped = True
-                worker.process.kill()
-                continue
-            with suppress(OSError):  # it died; _listen will say so
-                worker.pipe.send("stop")
+                worker.kill()
+            else:
+                worker.send(STOP)
 
     def close(self) -> None:
         """End all workers, whatever they are doing. More than once does no harm."""
         for worker in self._workers:
-            try:
-                if worker.task is None and worker.used:
-                    worker.pipe.send(None)
-                else:
-                    worker.process.kill()
-                worker.pipe.close()
-            except OSError:
-                pass
+            if worker.task is None and worker.used:
+                worker.send(None)
+            else:
+                worker.kill()
         for worker in self._workers:
-            worker.process.join(JOIN_SECONDS)
-            if worker.process.is_alive():
-                worker.process.kill()
-                worker.process.join()
+            worker.bury()
+        self._workers = []
 
-    def __enter__(self) -> Pool:
+    def __enter__(self) -> TrialPool:
         return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _start(self, first: bool = False) -> _Worker:
-        ours, theirs = self._context.Pipe()
-        limit = CallLimit(self._context, self._settings.objective_seconds)
-        arguments = (theirs, self._settings, limit.number, first)
-        process = self._context.Process(target=serve, args=arguments, daemon=True)
-        start_apart(process)
-        theirs.close()
-        return _Worker(process, ours, limit)
-
-    def _give(self, worker: _Worker, task: Task) -> None:
-        if not worker.process.is_alive():  # between two trials
-            self._replace(worker)
-        worker.task, worker.used, worker.playing = task, True, False
-        with suppress(OSError):  # it died; _listen will say so
-            worker.pipe.send(task)
-
     def _listen(self, busy: Sequence[_Worker]) -> Iterator[Event]:
-        by_pipe: dict[object, _Worker] = {worker.pipe: worker for worker in busy}
-        for pipe in wait(list(by_pipe), TICK_SECONDS):  # type: ignore[arg-type]
-            worker = by_pipe[pipe]
-            try:
-                event = worker.pipe.recv()
-            except (EOFError, OSError):
+        for worker, event in hear(busy, TICK_SECONDS):
+            if event is None:
                 yield self._bury(worker)
                 continue
             worker.playing = True
@@ -161,35 +135,27 @@ class Pool:
                 worker.task = None
             yield event
         for worker in busy:
-            if worker.task is not None and worker.limit.exceeded():
-                worker.process.kill()
-                limit = f"objective_seconds={worker.limit.seconds:g}"
-                yield self._bury(worker, f"the objective took longer than {limit} in one call")
+            if worker.task is not None and (reason := worker.hangs()):
+                worker.kill()
+                yield self._bury(worker, reason)
 
     def _bury(self, worker: _Worker, reason: str = "") -> Event:
         """A worker died with its trial. Another takes its place."""
-        task = worker.task
+        task, worker.task = worker.task, None
         assert task is not None
-        worker.process.join(JOIN_SECONDS)
-        if worker.process.is_alive():  # it lost no more than its pipe
-            worker.process.kill()
-            worker.process.join()
-        code = worker.process.exitcode
-        worker.task = None
-        if self.stopping:
-            worker.pipe.close()
-            if worker.dropped:
-                return Tick()
-        else:
+        cause = worker.bury()
+        if not self.stopping:
             self._replace(worker)
-        cause = f"killed by signal {-code}" if code is not None and code < 0 else f"exit code {code}"
+        elif worker.dropped:
+            return Tick()
         return Failed(task.seed, reason or f"the worker process died ({cause})", "")
 
-    def _replace(self, worker: _Worker) -> None:
+    def _replace(self, worker: _Worker) -> _Worker:
         """A fresh process in a dead one's place."""
-        worker.pipe.close()
-        fresh = self._start()
-        worker.process, worker.pipe, worker.limit, worker.used = fresh.process, fresh.pipe, fresh.limit, False
+        worker.bury()
+        fresh = _Worker(self._settings, first=False)
+        self._workers[self._workers.index(worker)] = fresh
+        return fresh
 
 
 def _is_under_way(event: Event) -> bool:

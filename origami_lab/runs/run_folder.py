@@ -22,7 +22,7 @@ import os
 import re
 import shutil
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
@@ -181,10 +181,17 @@ class RunFolder:
     def trial(self, seed: int) -> Path:
         return trial_folder(self.path, seed)
 
-    def rows(self) -> dict[int, TrialRow]:
-        """The rows of the trials on disk, by seed; a folder without a readable result counts as missing."""
+    def rows(self, seeds: Iterable[int] | None = None) -> dict[int, TrialRow]:
+        """The rows of the trials on disk, by seed; a folder without a readable result counts as missing.
+
+        Parameters
+        ----------
+        seeds
+            The trials to read; None for all.
+        """
         found = {}
-        for file in self.path.glob(f"{SEED}*/{RESULT}"):
+        every = self.path.glob(f"{SEED}*/{RESULT}")
+        for file in every if seeds is None else [self.trial(seed) / RESULT for seed in seeds]:
             with suppress(OSError, ValueError, AttributeError):
                 row = TrialRow.from_values(json.loads(file.read_text(encoding="utf-8")))
                 found[row.seed] = row
@@ -195,12 +202,21 @@ class RunFolder:
         names = [path.name.removeprefix(SEED) for path in self.path.glob(f"{SEED}*") if path.is_dir()]
         return sorted({int(name) for name in names if name.isdigit()} - self.rows().keys())
 
-    def known_rows(self) -> dict[int, TrialRow]:
-        """What is known of the trials, by seed: those on disk, and those that the table says have failed since."""
-        found = self.rows()
+    def known_rows(self, seeds: Collection[int] | None = None) -> dict[int, TrialRow]:
+        """The rows that are known, by seed: of trials on disk, and of those that the table says have failed since.
+
+        Parameters
+        ----------
+        seeds
+            The trials to read; None for all. The table is not read if all of them ran to their end.
+        """
+        found = self.rows(seeds)
+        if seeds is not None and all(seed in found and found[seed].spent_budget for seed in seeds):
+            return dict(sorted(found.items()))
         with suppress(OSError, ValueError, KeyError):
             for row in read_trials(self.path / TRIALS):
-                if row.has_failed and not (row.seed in found and found[row.seed].spent_budget):
+                asked = seeds is None or row.seed in seeds
+                if asked and row.has_failed and not (row.seed in found and found[row.seed].spent_budget):
                     found[row.seed] = row
         return dict(sorted(found.items()))
 

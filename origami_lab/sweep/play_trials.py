@@ -52,27 +52,27 @@ class Player:
     playing: Callable[[], None] = lambda: None
     calls: Calls | None = None
 
-    def work(self, job: Job, places: TrialQueue) -> bool:
-        """Play what nobody else plays, until all places are done; False if stopped before."""
+    def work(self, job: Job, queue: TrialQueue) -> bool:
+        """Play what nobody else plays, until all slots are done; False if stopped before."""
         wait, in_use = SHORTEST_WAIT, dict[int, float]()
         while not self.should_stop():
-            places.reap()
-            places.fill()
+            queue.reap()
+            queue.fill()
             now = time.monotonic()
-            in_use = {place: since for place, since in in_use.items() if now - since < IN_USE_SECONDS}
-            claim = places.claim(without=in_use)
-            if claim is not None:
-                if not self.play(job, claim):
-                    in_use[claim.place] = now
+            in_use = {number: since for number, since in in_use.items() if now - since < IN_USE_SECONDS}
+            held = queue.claim(without=in_use)
+            if held is not None:
+                if not self.play(job, held):
+                    in_use[held.number] = now
                 wait = SHORTEST_WAIT
-            elif all(place.done for place in places.look()):
+            elif all(slot.done for slot in queue.look()):
                 return True
             else:
                 time.sleep(wait)
                 wait = min(2 * wait, LONGEST_WAIT)
         return False
 
-    def play(self, job: Job, claim: HeldTrial) -> bool:
+    def play(self, job: Job, held: HeldTrial) -> bool:
         """Play one trial and tell the study how it ended; False if its folder is in use.
 
         Raises
@@ -80,33 +80,33 @@ class Player:
         FolderError
             If the run folder cannot be written; the trial waits for another worker then.
         """
-        with claim:
+        with held:
             try:
-                trial, overrides = job.begin(claim)
-                settings = trial_settings(job, claim.place, overrides)
-                claim.note("folder", str(job.path(claim.place).absolute()))
-                claim.note("host", claim.places.worker.host.partition(" ")[0])
+                trial, overrides = job.begin(held)
+                settings = trial_settings(job, held.number, overrides)
+                held.note("folder", str(job.path(held.number).absolute()))
+                held.note("host", held.queue.worker.host.partition(" ")[0])
                 with RunFolder.opened(settings) as folder:
-                    self._play_seeds(job, claim, trial, settings, folder)
+                    self._play_seeds(job, held, trial, settings, folder)
             except UpdateFinishedTrialError:  # others took it for lost
-                claim.lost = True
+                held.lost = True
             except FolderInUseError:  # by a worker that was taken for lost and lives
-                claim.fail(STOPPED)
+                held.fail(STOPPED)
                 return False
             except FolderError:
-                claim.fail(STOPPED)
+                held.fail(STOPPED)
                 raise
             except InputError as error:
                 if isinstance(error.__cause__, OSError):  # of the folder: another time, or on another machine, it works
-                    claim.fail(STOPPED)
+                    held.fail(STOPPED)
                     raise FolderError(error.__cause__) from error
-                claim.fail(f"{FAILED}: {error}")
+                held.fail(f"{FAILED}: {error}")
             except KeyboardInterrupt:
-                claim.fail(STOPPED)
+                held.fail(STOPPED)
                 raise
         return True
 
-    def _play_seeds(self, job: Job, claim: HeldTrial, trial: Trial, settings: Settings, folder: RunFolder) -> None:
+    def _play_seeds(self, job: Job, held: HeldTrial, trial: Trial, settings: Settings, folder: RunFolder) -> None:
         rows = folder.rows()
         began = time.perf_counter()
         try:
@@ -116,23 +116,23 @@ class Player:
             returns: list[float] = []
             for step, seed in enumerate(job.seeds):
                 if seed not in rows or not rows[seed].spent_budget:
-                    rows[seed] = self._play_seed(claim, settings, folder, seed)
+                    rows[seed] = self._play_seed(held, settings, folder, seed)
                 row = rows[seed]
                 folder.write_trials(rows.values())
                 if not row.spent_budget:
                     stopped = row.outcome == SEED_STOPPED
-                    claim.fail(STOPPED if stopped else f"{FAILED}: seed {seed}: {row.reason}")
+                    held.fail(STOPPED if stopped else f"{FAILED}: seed {seed}: {row.reason}")
                     return
                 assert row.return_ is not None
                 returns.append(row.return_)
                 trial.report(mean_of(returns), step)
                 if step + 1 < len(job.seeds) and trial.should_prune():
-                    claim.note(RETURNS, returns)
-                    claim.note(PRUNED, job.why_pruned(claim, step))
-                    claim.end(TrialState.PRUNED, mean_of(returns))
+                    held.note(RETURNS, returns)
+                    held.note(PRUNED, job.why_pruned(held, step))
+                    held.end(TrialState.PRUNED, mean_of(returns))
                     return
-            claim.note(RETURNS, returns)
-            claim.end(TrialState.COMPLETE, mean_of(returns))
+            held.note(RETURNS, returns)
+            held.end(TrialState.COMPLETE, mean_of(returns))
         except OSError as error:
             raise FolderError(error) from error
         finally:
@@ -141,12 +141,12 @@ class Player:
                 stopped = not all(row.spent_budget for row in rows.values())
                 folder.write_summary(summarise(settings, rows, ["origami-lab", "sweep"], seconds, stopped))
 
-    def _play_seed(self, claim: HeldTrial, settings: Settings, folder: RunFolder, seed: int) -> TrialRow:
+    def _play_seed(self, held: HeldTrial, settings: Settings, folder: RunFolder, seed: int) -> TrialRow:
         try:
             parts = build_parts(settings)
             if self.calls is not None:
                 parts = replace(parts, objective=watched(parts.objective, self.calls))
-            stop = lambda: claim.lost or self.should_stop()  # noqa: E731
+            stop = lambda: held.lost or self.should_stop()  # noqa: E731
             return run_trial(settings, seed, folder, lambda _: self.playing(), stop, parts)[0]
         except (FolderError, KeyboardInterrupt):
             raise
@@ -155,9 +155,9 @@ class Player:
             return TrialRow.failed(seed, reason_of(error))
 
 
-def trial_settings(job: Job, place: int, overrides: list[str]) -> Settings:
+def trial_settings(job: Job, number: int, overrides: list[str]) -> Settings:
     """The settings of one trial's run; its config.yaml runs again by itself."""
-    path: Path = job.path(place).absolute()
+    path: Path = job.path(number).absolute()
     settings = job.settings(overrides)
     config = {**settings.config, "seed": format_seeds(job.seeds), "output": None, "resume": False}
     return replace(settings, output=path, config=config)

@@ -65,7 +65,7 @@ def slices(record: Mapping[str, Any], space: Sequence[Parameter]) -> Figure:
         best = [trial for trial in complete if trial["trial"] == record["best"]]
         for trials, look in ((pruned, GIVEN_UP), (complete, PLAYED), (best, BEST)):
             having = [trial for trial in trials if parameter.name in trial["point"]]
-            across = [_place(parameter, trial["point"][parameter.name]) for trial in having]
+            across = [_slot(parameter, trial["point"][parameter.name]) for trial in having]
             axes.scatter(across, [trial["value"] for trial in having], **look)
         if parameter.choices:
             axes.set_xticks(range(len(parameter.choices)), [shown(value) for value in parameter.choices])
@@ -104,7 +104,7 @@ def _by_state(record: Mapping[str, Any]) -> tuple[list[dict[str, Any]], list[dic
     return [t for t in ended if t["state"] == "complete"], [t for t in ended if t["state"] == "pruned"]
 
 
-def _place(parameter: Parameter, value: Any) -> float:
+def _slot(parameter: Parameter, value: Any) -> float:
     if not parameter.choices:
         return float(value)
     return next(

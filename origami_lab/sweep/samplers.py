@@ -1,6 +1,6 @@
-"""Which parameters a trial gets: a function of the declaration, the trial's place, and what has finished before.
+"""Which parameters a trial gets: a function of the declaration, the trial's slot, and what has finished before.
 
-Optuna's samplers are asked in a study in memory that holds the finished trials in order of their places. So nothing
+Optuna's samplers are asked in a study in memory that holds the finished trials in order of their slots. So nothing
 depends on the storage, on the worker that asks, or on trials that were lost on the way.
 """
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from optuna.trial import FrozenTrial, Trial
 
 ATTEMPTS, LEARNED_ATTEMPTS = 30, 10
-"""Points that are drawn before a place is given up whose points the searcher refuses; and how many of them the sampler
+"""Points that are drawn before a slot is given up whose points the searcher refuses; and how many of them the sampler
 draws before chance does: it does not hear of refusals, and may go on about the same point."""
 
 
@@ -40,7 +40,7 @@ def distribution(parameter: Parameter) -> BaseDistribution:
 
 
 def suggest(
-    declaration: Declaration, place: int, history: Sequence[FrozenTrial], refusal: Callable[[Point], InputError | None]
+    declaration: Declaration, number: int, history: Sequence[FrozenTrial], refusal: Callable[[Point], InputError | None]
 ) -> tuple[dict[str, Value], dict[str, Any]]:
     """Choose the parameters of one trial.
 
@@ -48,10 +48,10 @@ def suggest(
 
     Parameters
     ----------
-    place
-        The trial's number in the study, from 0.
+    number
+        The trial's slot in the study, from 0.
     history
-        Finished trials, and running ones that have parameters, in order of their places.
+        Finished trials, and running ones that have parameters, in order of their slots.
     refusal
         Says why a point cannot be played; then another one is drawn.
 
@@ -67,10 +67,10 @@ def suggest(
     import optuna
 
     if declaration.sampler.name == "grid":
-        return next(itertools.islice(shuffled_grid(declaration), place, None)), {}
+        return next(itertools.islice(shuffled_grid(declaration), number, None)), {}
     why: InputError | None = None
     for attempt in range(ATTEMPTS):
-        words = (declaration.sampler.seed, place, attempt)
+        words = (declaration.sampler.seed, number, attempt)
         seed = int(np.random.SeedSequence(words).generate_state(1)[0])
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of what is experimental
@@ -83,7 +83,7 @@ def suggest(
         why = refusal(point)
         if why is None:
             return point, dict(study.get_trials(deepcopy=False)[-1].system_attrs)
-    raise InputError("space", f"trial {place}", f"none of {ATTEMPTS} points that were drawn can be played: {why}")
+    raise InputError("space", f"trial {number}", f"none of {ATTEMPTS} points that were drawn can be played: {why}")
 
 
 def ask_all(trial: Trial, space: Sequence[Parameter]) -> dict[str, Value]:

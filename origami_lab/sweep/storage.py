@@ -6,7 +6,8 @@ import json
 import os
 import time
 import uuid
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,9 +17,10 @@ from optuna.exceptions import DuplicatedStudyError, StorageInternalError
 from optuna.storages import BaseStorage, JournalStorage, RDBStorage
 from optuna.storages.journal import JournalFileBackend
 from optuna.storages.journal._file import get_lock_file
-from sqlalchemy.exc import DBAPIError, InterfaceError, OperationalError, SQLAlchemyError
+from sqlalchemy.exc import DBAPIError, InterfaceError, OperationalError, PendingRollbackError, SQLAlchemyError
 
 from origami_lab.errors import InputError
+from origami_lab.runs.run_folder import FolderError
 from origami_lab.sweep.sweep_config import GONE_PRUNER, Declaration
 from origami_lab.text import without_password
 from origami_lab.tracking.store import cause_of
@@ -145,6 +147,17 @@ def explain(error: Exception, shown: str) -> str:
     return f"the storage {shown} {cause_of(str(cause), shown) or 'failed: ' + lines[0][:300]}"
 
 
+@contextmanager
+def in_plain_words(declaration: Declaration) -> Iterator[None]:
+    """Errors of the storage or the disk inside become a StorageError."""
+    try:
+        yield
+    except OSError as error:
+        raise StorageError(f"{declaration.folder} could not be written: {FolderError(error).why}") from error
+    except TROUBLE as error:
+        raise StorageError(explain(error, storage_name(declaration))) from error
+
+
 def open_study(
     storage: BaseStorage, name: str, fixed: Mapping[str, Any], pruner: BasePruner | None = None
 ) -> optuna.Study:
@@ -212,12 +225,13 @@ FIRST_WAIT, LONGEST_WAIT = 0.2, 10.0
 
 
 ASKED = (
-    *("_create_new_trial", "_get_trials", "_set_trial_param", "get_all_studies", "get_study_directions"),
+    *("_create_new_trial", "_get_trials", "_set_trial_param", "create_new_study"),
+    *("get_all_studies", "get_study_directions"),
     *("get_study_id_from_name", "get_study_name_from_id", "get_study_system_attrs", "get_study_user_attrs"),
     *("get_trial", "get_trial_id_from_study_id_trial_number", "set_study_user_attr", "set_trial_intermediate_value"),
     *("set_trial_state_values", "set_trial_system_attr", "set_trial_user_attr"),
 )
-"""The methods that a running study calls."""
+"""The methods that joining a study and playing it call."""
 
 
 class Database(RDBStorage):
@@ -244,7 +258,8 @@ def is_away(error: BaseException) -> bool:
     while error.__cause__ is not None and not isinstance(error, DBAPIError):
         error = error.__cause__
     gone = isinstance(error, DBAPIError) and error.connection_invalidated
-    return gone or isinstance(error, OperationalError | InterfaceError)
+    # the last one: a request that follows a lost connection in the same transaction
+    return gone or isinstance(error, OperationalError | InterfaceError | PendingRollbackError)
 
 
 def _patient(method: Callable[..., Any]) -> Callable[..., Any]:
@@ -261,3 +276,7 @@ def _patient(method: Callable[..., Any]) -> Callable[..., Any]:
             wait = min(2 * wait, LONGEST_WAIT)
 
     return ask
+
+
+for _name in ASKED:
+    setattr(Database, _name, _patient(getattr(RDBStorage, _name)))

@@ -56,19 +56,19 @@ class Job(ABC):
         """What may not change while it goes on."""
 
     @abstractmethod
-    def begin(self, claim: HeldTrial) -> tuple[Trial, list[str]]:
-        """A trial for a place, and the overrides that it plays; raises InputError if it cannot be played."""
+    def begin(self, held: HeldTrial) -> tuple[Trial, list[str]]:
+        """A trial for a slot, and the overrides that it plays; raises InputError if it cannot be played."""
 
-    def places(self, storage: BaseStorage, worker: Worker) -> TrialQueue:
+    def queue(self, storage: BaseStorage, worker: Worker) -> TrialQueue:
         """Open its study, or create it."""
         study = open_study(storage, self.name, self.fixed(), self.pruner)
         return TrialQueue(study, self.count, worker)
 
     @abstractmethod
-    def path(self, place: int) -> Path:
-        """The run folder of a place."""
+    def path(self, number: int) -> Path:
+        """The run folder of a slot."""
 
-    def why_pruned(self, claim: HeldTrial, step: int) -> str:
+    def why_pruned(self, held: HeldTrial, step: int) -> str:
         """What the pruner went by, in words; nothing where there is none."""
         return ""
 
@@ -103,24 +103,24 @@ class SearchJob(Job):
     def fixed(self) -> dict[str, Any]:
         return self.declaration.fixed
 
-    def path(self, place: int) -> Path:
-        return self.folder / f"{place:04d}"
+    def path(self, number: int) -> Path:
+        return self.folder / f"{number:04d}"
 
-    def begin(self, claim: HeldTrial) -> tuple[Trial, list[str]]:
-        system = dict(claim.frozen().system_attrs)
+    def begin(self, held: HeldTrial) -> tuple[Trial, list[str]]:
+        system = dict(held.frozen().system_attrs)
         if "fixed_params" not in system:
             learns = self.declaration.sampler.name in LEARNING
-            places = claim.places.look() if learns else []
-            history = [frozen for place in places if (frozen := _known(place, claim)) is not None]
-            point, found = suggest(self.declaration, claim.place, history, self.refusal)
+            slots = held.queue.look() if learns else []
+            history = [frozen for slot in slots if (frozen := _known(slot, held)) is not None]
+            point, found = suggest(self.declaration, held.number, history, self.refusal)
             system = {**found, "fixed_params": dict(point)}
-        trial = claim.begin(system)
+        trial = held.begin(system)
         point = ask_all(trial, self.declaration.space)
-        claim.note(POINT, point)
+        held.note(POINT, point)
         return trial, [*self.declaration.base, *overrides_of(point)]
 
-    def why_pruned(self, claim: HeldTrial, step: int) -> str:
-        complete = [place.trial for place in claim.places.look() if place.state == "complete" and place.trial]
+    def why_pruned(self, held: HeldTrial, step: int) -> str:
+        complete = [slot.trial for slot in held.queue.look() if slot.state == "complete" and slot.trial]
         median = statistics.median(trial.intermediate_values[step] for trial in complete)
         return f"below {median:.4f}, the median of the complete trials after as many seeds"
 
@@ -156,21 +156,21 @@ class HeldOutJob(Job):
     def fixed(self) -> dict[str, Any]:
         return {"settings": dict(self.overrides), "seeds": format_seeds(self.seeds)}
 
-    def path(self, place: int) -> Path:
-        return self.folder / self.names[place]
+    def path(self, number: int) -> Path:
+        return self.folder / self.names[number]
 
-    def begin(self, claim: HeldTrial) -> tuple[Trial, list[str]]:
-        name = self.names[claim.place]
-        claim.note("settings", name)
-        return claim.begin({}), self.overrides[name]
+    def begin(self, held: HeldTrial) -> tuple[Trial, list[str]]:
+        name = self.names[held.number]
+        held.note("settings", name)
+        return held.begin({}), self.overrides[name]
 
 
-def _known(place: Slot, claim: HeldTrial) -> FrozenTrial | None:
-    """What a sampler may learn from a place; running trials tell it where not to look, too."""
-    trial = place.trial
-    if trial is None or place.number == claim.place or not trial.params:
+def _known(slot: Slot, held: HeldTrial) -> FrozenTrial | None:
+    """What a sampler may learn from a slot; running trials tell it where not to look, too."""
+    trial = slot.trial
+    if trial is None or slot.number == held.number or not trial.params:
         return None
-    if place.state not in ("complete", "pruned", "running"):
+    if slot.state not in ("complete", "pruned", "running"):
         return None
     running = trial.state == TrialState.RUNNING
     return create_trial(
@@ -190,30 +190,30 @@ def make_pruner(pruner: Pruner) -> BasePruner:
     return optuna.pruners.NopPruner()
 
 
-def best_place(places: Sequence[Slot]) -> Slot | None:
+def best_slot(slots: Sequence[Slot]) -> Slot | None:
     """The trial with the highest mean return over all seeds, the first among equals."""
-    complete = [place for place in places if place.state == "complete" and place.trial is not None]
-    return max(complete, key=lambda place: (_value(place), -place.number), default=None)
+    complete = [slot for slot in slots if slot.state == "complete" and slot.trial is not None]
+    return max(complete, key=lambda slot: (_value(slot), -slot.number), default=None)
 
 
-def point_of(place: Slot) -> dict[str, Any]:
-    """A place's parameters and their values."""
-    return {} if place.trial is None else dict(place.trial.user_attrs.get(POINT, {}))
+def point_of(slot: Slot) -> dict[str, Any]:
+    """A slot's parameters and their values."""
+    return {} if slot.trial is None else dict(slot.trial.user_attrs.get(POINT, {}))
 
 
-def returns_of(place: Slot) -> list[float]:
+def returns_of(slot: Slot) -> list[float]:
     """The return of each seed that was played there."""
-    return [] if place.trial is None else list(place.trial.user_attrs.get(RETURNS, []))
+    return [] if slot.trial is None else list(slot.trial.user_attrs.get(RETURNS, []))
 
 
 def mean_of(returns: Sequence[float]) -> float:
     return statistics.fmean(returns)
 
 
-def _value(place: Slot) -> float:
-    assert place.trial is not None
-    assert place.trial.value is not None
-    return place.trial.value
+def _value(slot: Slot) -> float:
+    assert slot.trial is not None
+    assert slot.trial.value is not None
+    return slot.trial.value
 
 
 def check_comparison(declaration: Declaration) -> None:

@@ -14,38 +14,38 @@ from optuna.trial import FrozenTrial
 
 from origami_lab.config.checked_values import shown
 from origami_lab.files import write_whole
-from origami_lab.sweep.studies import best_place, point_of, returns_of
+from origami_lab.sweep.studies import best_slot, point_of, returns_of
 from origami_lab.sweep.sweep_config import Declaration
 from origami_lab.sweep.trial_queue import Slot
 
 TABLE, RECORD = "trials.csv", "study.json"
 
 
-def record_of(declaration: Declaration, key: str, places: Sequence[Slot]) -> dict[str, Any]:
+def record_of(declaration: Declaration, key: str, slots: Sequence[Slot]) -> dict[str, Any]:
     """What is known of a study: its declaration, and each trial that has ended."""
-    best = best_place(places)
+    best = best_slot(slots)
     return {
         "study": declaration.study,
         "key": key,
         "declaration": declaration.fixed,
-        "trials": len(places),
+        "trials": len(slots),
         "best": None if best is None else best.number,
-        "ended": [_trial(declaration, place) for place in places if place.done],
+        "ended": [_trial(declaration, slot) for slot in slots if slot.done],
     }
 
 
-def _trial(declaration: Declaration, place: Slot) -> dict[str, Any]:
-    trial = place.trial
+def _trial(declaration: Declaration, slot: Slot) -> dict[str, Any]:
+    trial = slot.trial
     assert trial is not None
-    returns = returns_of(place)
+    returns = returns_of(slot)
     return {
-        "trial": place.number,
-        "state": place.state,
-        "value": trial.value if place.state in ("complete", "pruned") else None,
-        "point": point_of(place),
+        "trial": slot.number,
+        "state": slot.state,
+        "value": trial.value if slot.state in ("complete", "pruned") else None,
+        "point": point_of(slot),
         "returns": dict(zip(map(str, declaration.seeds), returns, strict=False)),
-        "lost_before": place.losses,
-        "reason": place.reason,
+        "lost_before": slot.losses,
+        "reason": slot.reason,
         "began": _moment(trial, "datetime_start"),
         "ended": _moment(trial, "datetime_complete"),
         "folder": trial.user_attrs.get("folder", ""),
@@ -59,21 +59,15 @@ def _moment(trial: FrozenTrial, name: str) -> float:
     return 0.0 if moment is None else float(moment.astimezone(UTC).timestamp())
 
 
-def write_record(folder: Path, record: Mapping[str, Any], names: Sequence[str]) -> None:
-    """Write both files.
-
-    Parameters
-    ----------
-    names
-        The parameters, in order: columns of the table.
-    """
+def write_record(folder: Path, record: Mapping[str, Any]) -> None:
+    """Write both files."""
     write_whole(folder / RECORD, json.dumps(record, indent=1) + "\n", sync=True)
-    write_whole(folder / TABLE, table_text(record, names), sync=True)
+    write_whole(folder / TABLE, table_text(record), sync=True)
 
 
-def table_text(record: Mapping[str, Any], names: Sequence[str]) -> str:
+def table_text(record: Mapping[str, Any]) -> str:
     """The text of trials.csv: one row a trial that has ended; empty where a parameter was not searched."""
-    text = io.StringIO()
+    text, names = io.StringIO(), list(record["declaration"]["space"])
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["trial", "state", "value", "seeds", "seconds", "lost_before", *names, "reason"])
     for trial in record["ended"]:

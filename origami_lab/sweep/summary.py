@@ -69,9 +69,9 @@ class SweepSummary:
         held_out: dict[str, Any] = {}
         if best is not None and self.comparison is not None:
             write_whole(folder / BEST, self.best_yaml(best), sync=True)
-            played = {name: returns_of(place) for name, place in self.compared.items() if place.state == "complete"}
+            played = {name: returns_of(slot) for name, slot in self.compared.items() if slot.state == "complete"}
             held_out = compare(played) | {
-                "failed": {name: place.reason for name, place in self.compared.items() if place.state == "failed"},
+                "failed": {name: slot.reason for name, slot in self.compared.items() if slot.state == "failed"},
                 "seeds": format_seeds(self.comparison.seeds),
                 "budget": self.declaration.held_out.budget,
                 "folder": str(self.comparison.folder.relative_to(folder)),

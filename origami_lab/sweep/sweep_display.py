@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from origami_lab.experiment.progress_display import ANNOUNCE_COMPILATION_AFTER
-from origami_lab.sweep.studies import best_place, returns_of
+from origami_lab.sweep.studies import best_slot, returns_of
 from origami_lab.sweep.trial_queue import Slot
 from origami_lab.text import command_text
 
@@ -52,40 +52,40 @@ class SweepDisplay:
         if not self.quiet:
             self.say(line)
 
-    def resume(self, places: Sequence[Slot], asked: int) -> None:
+    def resume(self, slots: Sequence[Slot], asked: int) -> None:
         """Take in what was done before, and how many trials this command asks for."""
-        self.told = {place.number for place in places if place.done}
-        self.losses = {place.number: place.losses for place in places}
+        self.told = {slot.number for slot in slots if slot.done}
+        self.losses = {slot.number: slot.losses for slot in slots}
         self.first = len(self.told)
         if self.told:
-            self.note(f"{self.first} of {len(places)} trials are done")
-        if len(places) > asked:
-            self.note(f"the study was given {len(places)} trials before, which trials={asked} does not take back")
+            self.note(f"{self.first} of {len(slots)} trials are done")
+        if len(slots) > asked:
+            self.note(f"the study was given {len(slots)} trials before, which trials={asked} does not take back")
 
-    def stopped(self, places: Sequence[Slot], command: Sequence[str]) -> None:
+    def stopped(self, slots: Sequence[Slot], command: Sequence[str]) -> None:
         """Say how far it came before it was interrupted, and how it goes on."""
-        done = sum(place.done for place in places)
-        self.note(f"{done} of {len(places)} trials are done; to go on: {command_text(command)}")
+        done = sum(slot.done for slot in slots)
+        self.note(f"{done} of {len(slots)} trials are done; to go on: {command_text(command)}")
 
-    def show(self, places: Sequence[Slot], warm: bool) -> None:
+    def show(self, slots: Sequence[Slot], warm: bool) -> None:
         """Take in how it stands."""
         waited = time.monotonic() - self.began
         if not warm and not self.announced and waited > 2 * ANNOUNCE_COMPILATION_AFTER:
             self.announced = True
             self.note("loading the kernels; the first time on a machine they are compiled, which takes a minute")
-        for place in places:
-            if place.losses > self.losses.get(place.number, 0) and not place.done and not self.stopping:
-                self.note(f"trial {place.number}: its worker is gone; it is played again")
-            self.losses[place.number] = place.losses
-            if place.done and place.number not in self.told:
-                self.told.add(place.number)
-                self.note(self._line(place))
+        for slot in slots:
+            if slot.losses > self.losses.get(slot.number, 0) and not slot.done and not self.stopping:
+                self.note(f"trial {slot.number}: its worker is gone; it is played again")
+            self.losses[slot.number] = slot.losses
+            if slot.done and slot.number not in self.told:
+                self.told.add(slot.number)
+                self.note(self._line(slot))
         if self._status is not None:
-            self._status.update(self._progress(places))
+            self._status.update(self._progress(slots))
 
     def compare(self, settings: Mapping[str, Slot]) -> None:
         """Show how far the comparison is."""
-        done = {name for name, place in settings.items() if place.done}
+        done = {name for name, slot in settings.items() if slot.done}
         if self.compared is None:
             self.compared = done
             if settings.keys() - done:
@@ -98,24 +98,24 @@ class SweepDisplay:
         if self._status is not None:
             self._status.update(f"comparing on held-out seeds: {len(done)} of {len(settings)} settings played")
 
-    def _line(self, place: Slot) -> str:
-        trial = place.trial
-        if trial is None or place.state == "failed":
-            return f"trial {place.number}: {place.reason}"
-        played = len(returns_of(place))
-        pruned = f", given up after {played} of {self.seeds} seeds: {place.reason}" if place.state == "pruned" else ""
-        again = f", interrupted {place.losses}×" if place.losses else ""
-        return f"trial {place.number}: {trial.value:.4f}{pruned}{again}"
+    def _line(self, slot: Slot) -> str:
+        trial = slot.trial
+        if trial is None or slot.state == "failed":
+            return f"trial {slot.number}: {slot.reason}"
+        played = len(returns_of(slot))
+        pruned = f", given up after {played} of {self.seeds} seeds: {slot.reason}" if slot.state == "pruned" else ""
+        again = f", interrupted {slot.losses}×" if slot.losses else ""
+        return f"trial {slot.number}: {trial.value:.4f}{pruned}{again}"
 
-    def _progress(self, places: Sequence[Slot]) -> str:
-        done = sum(place.done for place in places)
-        running = sum(place.state == "running" for place in places)
-        parts = [f"{done} of {len(places)} trials done", f"{running} running"]
-        best = best_place(places)
+    def _progress(self, slots: Sequence[Slot]) -> str:
+        done = sum(slot.done for slot in slots)
+        running = sum(slot.state == "running" for slot in slots)
+        parts = [f"{done} of {len(slots)} trials done", f"{running} running"]
+        best = best_slot(slots)
         if best is not None and best.trial is not None:
             parts.append(f"best {best.trial.value:.4f} (trial {best.number})")
         if done > self.first:
-            left = (time.monotonic() - self.began) / (done - self.first) * (len(places) - done)
+            left = (time.monotonic() - self.began) / (done - self.first) * (len(slots) - done)
             parts.append(f"about {_duration(left)} left")
         return " · ".join(parts)
 

@@ -1,10 +1,10 @@
-"""The places of a study, one for each trial that is to be played, and who plays them.
+"""The slots of a study, one for each trial that is to be played, and who plays them.
 
-A study has a number of places from the start. Each is held by trials of Optuna's that wait, run or have ended: by the
+A study has a number of slots from the start. Each is held by trials of Optuna's that wait, run or have ended: by the
 first in order of their numbers that was not lost. Who plays keeps a lease, which he renews while he plays. If it is
 not renewed, or his process is gone, anybody may declare the trial lost and put another one in its place, with the
 same parameters. Should two do so at once, the one with the higher number is surplus, and whoever takes it up finds
-that out. So every place is played to its end once, whatever the storage, and however many workers and machines join.
+that out. So every slot is played to its end once, whatever the storage, and however many workers and machines join.
 """
 
 from __future__ import annotations
@@ -28,17 +28,18 @@ from origami_lab.sweep.worker_identity import Worker, is_gone
 LEASE_SECONDS = 60.0
 """A lease that was not renewed for so long is over."""
 MOST_LOSSES = 5
-"""Trials that may be lost in one place, one after the other, without a seed more than the one before."""
+"""Trials that may be lost in one slot, one after the other, without a seed more than the one before."""
 PLACE, LEASE, END, RETRY_OF = "place", "lease", "end", "retry_of"
+"""Attributes of a trial: the number of its slot, under the name that studies had for it first, and so on."""
 PRUNED = "pruned"
 """Attribute of a trial: why it was given up."""
 LOST, STOPPED, SURPLUS, FAILED = "lost", "stopped", "surplus", "failed"
-"""Why a trial of Optuna's has the state FAIL. Only the last one ends its place."""
+"""Why a trial of Optuna's has the state FAIL. Only the last one ends its slot."""
 
 
 @dataclass(frozen=True)
 class Slot:
-    """A place, and the trial that counts there."""
+    """A slot, and the trial that counts there."""
 
     number: int
     trial: FrozenTrial | None
@@ -79,7 +80,7 @@ def end_of(trial: FrozenTrial) -> str:
 
 
 class TrialQueue:
-    """The places of one study, for one worker or for a look at them.
+    """The slots of one study, for one worker or for a look at them.
 
     Parameters
     ----------
@@ -97,56 +98,58 @@ class TrialQueue:
         """Leases of others by trial: the last one, and since when it is the same on our clock."""
 
     def look(self) -> list[Slot]:
-        """All places, in order."""
+        """All slots, in order."""
         trials: dict[int, list[FrozenTrial]] = defaultdict(list)
         for trial in self.study.get_trials(deepcopy=False):
             if trial.user_attrs.get(PLACE) is not None and end_of_failed(trial) != SURPLUS:
                 trials[trial.user_attrs[PLACE]].append(trial)
         count = max(self.count, 1 + max(trials, default=0))
-        return [_place(number, trials[number]) for number in range(count)]
+        return [_slot(number, trials[number]) for number in range(count)]
 
     def fill(self) -> None:
         """Put a waiting trial where none is, or where the last one was lost."""
         while True:
-            empty = [place for place in self.look() if place.state == "waiting" and not _is_waiting(place.trial)]
+            empty = [slot for slot in self.look() if slot.state == "waiting" and not _is_waiting(slot.trial)]
             if not empty:
                 return
-            for place in empty:
-                attributes: dict[str, Any] = {PLACE: place.number}
+            for slot in empty:
+                attributes: dict[str, Any] = {PLACE: slot.number}
                 system: Mapping[str, Any] = {}
-                if place.trial is not None:
-                    attributes[RETRY_OF] = place.trial.number
-                    system = place.trial.system_attrs  # with the parameters, if it had any
+                if slot.trial is not None:
+                    attributes[RETRY_OF] = slot.trial.number
+                    system = slot.trial.system_attrs  # with the parameters, if it had any
                 self.study.add_trial(
                     create_trial(state=TrialState.WAITING, user_attrs=attributes, system_attrs=dict(system))
                 )
 
     def claim(self, without: Container[int] = ()) -> HeldTrial | None:
-        """Take up the waiting trial with the lowest place; None if none waits, but in places to be left alone."""
-        places = [place for place in self.look() if place.number not in without]
-        waiting = [trial for place in places if _is_waiting(trial := place.trial) and trial is not None]
+        """Take up the waiting trial with the lowest slot; None if none waits, but in slots to be left alone."""
+        slots = [slot for slot in self.look() if slot.number not in without]
+        waiting = [trial for slot in slots if _is_waiting(trial := slot.trial) and trial is not None]
         for frozen in [*waiting, *self._surplus()]:
             try:
                 if not self._storage.set_trial_state_values(frozen._trial_id, TrialState.RUNNING):
                     continue
-                claim = HeldTrial(self, frozen._trial_id, frozen.user_attrs[PLACE])
-                counts = self.look()[claim.place].trial
+                held = HeldTrial(self, frozen._trial_id, frozen.user_attrs[PLACE])
+                counts = self.look()[held.number].trial
             except UpdateFinishedTrialError:
                 continue
             if counts is None or counts.number != frozen.number:
-                claim.fail(SURPLUS)
+                held.fail(SURPLUS)
                 continue
-            return claim
+            return held
         return None
 
     def _surplus(self) -> list[FrozenTrial]:
-        """Waiting trials in places that others hold."""
-        held = {place.number: place.trial.number for place in self.look() if place.trial is not None}
+        """Waiting trials in slots that others hold."""
+        holders = {slot.number: slot.trial.number for slot in self.look() if slot.trial is not None}
         waiting = self.study.get_trials(deepcopy=False, states=(TrialState.WAITING,))
-        return [trial for trial in waiting if trial.number != held.get(trial.user_attrs.get(PLACE, -1), trial.number)]
+        return [
+            trial for trial in waiting if trial.number != holders.get(trial.user_attrs.get(PLACE, -1), trial.number)
+        ]
 
     def reap(self, why: str = LOST) -> list[int]:
-        """Declare trials lost whose workers are gone, or stopped if we ended them; their places."""
+        """Declare trials lost whose workers are gone, or stopped if we ended them; their slots."""
         lost, running = [], set[int]()
         for trial in self.study.get_trials(deepcopy=False, states=(TrialState.RUNNING,)):
             running.add(trial.number)
@@ -185,9 +188,10 @@ class TrialQueue:
 class HeldTrial:
     """A trial that this worker plays. As a context it renews its lease."""
 
-    places: TrialQueue
+    queue: TrialQueue
     trial_id: int
-    place: int
+    number: int
+    """Of its slot, not of the trial."""
     lost: bool = False
     """Whether others have declared it lost."""
     _beat: int = 0
@@ -200,7 +204,7 @@ class HeldTrial:
     def renew(self) -> None:
         """Write the lease anew; what others see is that it changes."""
         self._beat += 1
-        self._set_attribute(LEASE, {"worker": vars(self.places.worker), "beat": self._beat})
+        self._set_attribute(LEASE, {"worker": vars(self.queue.worker), "beat": self._beat})
 
     def note(self, key: str, value: Any) -> None:
         """Keep a fact with the trial."""
@@ -209,17 +213,17 @@ class HeldTrial:
     def begin(self, system_attrs: Mapping[str, Any]) -> Trial:
         """The trial, with attributes of Optuna's that it is to have."""
         for key, value in system_attrs.items():
-            self.places._storage.set_trial_system_attr(self.trial_id, key, value)
-        return Trial(self.places.study, self.trial_id)
+            self.queue._storage.set_trial_system_attr(self.trial_id, key, value)
+        return Trial(self.queue.study, self.trial_id)
 
     def frozen(self) -> FrozenTrial:
         """What the storage has of the trial."""
-        return self.places._storage.get_trial(self.trial_id)
+        return self.queue._storage.get_trial(self.trial_id)
 
     def end(self, state: TrialState, value: float) -> None:
         """The trial was played."""
         try:
-            self.places._storage.set_trial_state_values(self.trial_id, state, [value])
+            self.queue._storage.set_trial_state_values(self.trial_id, state, [value])
         except UpdateFinishedTrialError:
             self.lost = True
 
@@ -227,7 +231,7 @@ class HeldTrial:
         """The trial was not played to its end: SURPLUS, STOPPED, or FAILED with a reason behind a colon."""
         try:
             self._set_attribute(END, why)
-            self.places._storage.set_trial_state_values(self.trial_id, TrialState.FAIL)
+            self.queue._storage.set_trial_state_values(self.trial_id, TrialState.FAIL)
         except UpdateFinishedTrialError:
             self.lost = True
 
@@ -244,7 +248,7 @@ class HeldTrial:
             self._thread.join()
 
     def _keep(self) -> None:
-        while not self._over.wait(self.places.lease_seconds / 4):
+        while not self._over.wait(self.queue.lease_seconds / 4):
             try:
                 self.renew()
             except UpdateFinishedTrialError:
@@ -254,7 +258,7 @@ class HeldTrial:
                 continue
 
     def _set_attribute(self, key: str, value: Any) -> None:
-        self.places._storage.set_trial_user_attr(self.trial_id, key, value)
+        self.queue._storage.set_trial_user_attr(self.trial_id, key, value)
 
 
 def end_of_failed(trial: FrozenTrial) -> str | None:
@@ -266,7 +270,7 @@ def _is_waiting(trial: FrozenTrial | None) -> bool:
     return trial is not None and trial.state == TrialState.WAITING
 
 
-def _place(number: int, trials: Sequence[FrozenTrial]) -> Slot:
+def _slot(number: int, trials: Sequence[FrozenTrial]) -> Slot:
     """The first trial that was not lost counts; where all were, the last one."""
     trials = sorted(trials, key=lambda trial: trial.number)
     for index, trial in enumerate(trials):

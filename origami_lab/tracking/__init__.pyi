@@ -1,7 +1,7 @@
 """Public names, and the modules that they live in; each is imported when it is first used."""
 
 from .mlflow_server import serve_dashboard
-from .sync import sync_runs
+from .sync import sync_folders
 from .tracker import MlflowTracker, NullTracker, Tracker, make_tracker
 
 __all__ = [
@@ -10,5 +10,5 @@ __all__ = [
     "Tracker",
     "make_tracker",
     "serve_dashboard",
-    "sync_runs",
+    "sync_folders",
 ]

@@ -1,8 +1,9 @@
 """The process that writes to MLflow while an experiment runs: ``python -m origami_lab.tracking.push_process DIR URI``.
 
-A line on stdin says that there is something new in the run folder: ``trial``, or ``end`` when all is written. What
-it answers is a JSON object a line: ``{"pushed": seed}``, ``{"trouble": reason}`` (null when it is over), ``{"done":
-true}``. If stdin ends without ``end`` the experiment was killed: a resume or a ``--sync`` takes up what is left.
+A line on stdin says that there is something new in the run folder: ``trial 3`` if that is the third seed's, or ``end``
+when all is written. The answers are JSON objects, one a line: ``{"pushed": 3}``, ``{"trouble": reason}`` (null when it
+is over), ``{"done": true}``. If stdin ends without ``end`` the experiment was killed: a resume or a ``--sync`` takes up
+what is left.
 """
 
 from __future__ import annotations
@@ -13,14 +14,14 @@ import queue
 import sys
 import threading
 import time
+from collections.abc import Collection
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, TextIO
+from typing import TextIO
 
 from origami_lab.runs.locks import held
-from origami_lab.tracking.experiment_runs import Runs
+from origami_lab.tracking.mlflow_log import MlflowLog
 from origami_lab.tracking.store import explain
-from origami_lab.tracking.sync import read_run
 from origami_lab.workers.interrupts import ignore_interrupts
 
 NICE = 5
@@ -29,20 +30,29 @@ PAUSE_SECONDS = 2.0
 
 
 class Pusher:
-    """Pushes a run folder whenever it is told to; a store that failed is opened anew the next time."""
+    """Pushes a folder whenever it is told to; a store that failed is opened anew the next time."""
 
-    def __init__(self, folder: Path, uri: str, answers: TextIO) -> None:
-        self.folder, self.uri, self.answers = folder, uri, answers
-        self.runs: Any = None
-        """What is known of the store; None before it is opened."""
+    def __init__(self, kind: type[MlflowLog], folder: Path, uri: str, answers: TextIO) -> None:
+        self.kind, self.folder, self.uri, self.answers = kind, folder, uri, answers
+        self.log: MlflowLog | None = None
+        """None before the store is opened."""
         self.trouble = False
 
-    def push(self, live: bool) -> None:
-        """Try to bring the store up to date, and answer how it went."""
+    def push(self, live: bool, numbers: Collection[int] = ()) -> None:
+        """Try to bring the store up to date, and answer how it went.
+
+        Parameters
+        ----------
+        live
+            More trials run.
+        numbers
+            The trials that ended since the last push.
+        """
         try:
-            self.add_missing(live)
+            self.log = self.log or self.kind(self.folder, self.uri)
+            self.log.push(live, numbers, lambda number: self.answer("pushed", number))
         except Exception as error:
-            self.runs = None
+            self.log = None
             self.trouble = True
             self.answer("trouble", explain(error, self.uri))
         else:
@@ -50,20 +60,13 @@ class Pusher:
                 self.answer("trouble", None)
             self.trouble = False
 
-    def add_missing(self, live: bool) -> None:
-        """Add what the store does not have yet."""
-        settings = read_run(self.folder)
-        self.runs = self.runs or Runs(settings, self.folder, self.uri)
-        self.runs.settings = settings
-        self.runs.push(live, lambda seed: self.answer("pushed", seed))
-
     def answer(self, what: str, value: object) -> None:
         self.answers.write(json.dumps({what: value}) + "\n")
         self.answers.flush()
 
 
-def main(folder: Path, uri: str, kind: type[Pusher] = Pusher) -> None:
-    """Serve one experiment."""
+def serve_pushes(kind: type[MlflowLog], folder: Path, uri: str) -> None:
+    """Push one folder until stdin ends."""
     ignore_interrupts()  # batch systems signal every process; the end of stdin says when to leave
     # what others print must not be taken for an answer
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
@@ -71,7 +74,7 @@ def main(folder: Path, uri: str, kind: type[Pusher] = Pusher) -> None:
     with suppress(AttributeError, OSError):
         os.nice(NICE)
     words: queue.SimpleQueue[str] = queue.SimpleQueue()
-    words.put("trial")  # what an interrupted run could not log; and MLflow is imported while the trials run
+    words.put("begin")  # what an interrupted run could not log; and MLflow is imported while the trials run
 
     def read() -> None:
         for line in sys.stdin:
@@ -79,7 +82,7 @@ def main(folder: Path, uri: str, kind: type[Pusher] = Pusher) -> None:
         words.put("")
 
     threading.Thread(target=read, daemon=True).start()
-    pusher = kind(folder, uri, answers)
+    pusher = Pusher(kind, folder, uri, answers)
     with held(folder, wait=True):
         while True:
             news = {words.get()}
@@ -88,7 +91,7 @@ def main(folder: Path, uri: str, kind: type[Pusher] = Pusher) -> None:
             if "end" not in news:
                 if "" in news:
                     return
-                pusher.push(live=True)
+                pusher.push(True, {int(word.removeprefix("trial ")) for word in news if word.startswith("trial ")})
                 continue
             again = not pusher.trouble
             pusher.push(live=False)
@@ -100,4 +103,6 @@ def main(folder: Path, uri: str, kind: type[Pusher] = Pusher) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), sys.argv[2])
+    from origami_lab.tracking.experiment_runs import ExperimentRuns
+
+    serve_pushes(ExperimentRuns, Path(sys.argv[1]), sys.argv[2])

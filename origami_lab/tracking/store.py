@@ -21,6 +21,7 @@ from urllib.parse import urlsplit
 from urllib.request import Request, urlopen
 
 from origami_lab.errors import InputError
+from origami_lab.files import replacing
 from origami_lab.runs.run_folder import RESULTS
 from origami_lab.text import without_password
 
@@ -259,8 +260,8 @@ def in_plain_words(uri: str) -> Iterator[None]:
 def create_database(path: Path) -> None:
     """Create an MLflow SQLite store, unless there is one.
 
-    The tables are made in a temporary file that is linked into place, because MLflow's own first use is not
-    safe when several processes do it at once: they run the migrations against each other.
+    The tables are made in a temporary file, because MLflow's own first use is not safe when several processes do it at
+    once: they run the migrations against each other. The database of the quickest process stays: it is in use already.
     """
     if path.exists():
         return
@@ -273,21 +274,11 @@ def create_database(path: Path) -> None:
 
     path = path.absolute()
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     # hundreds of small commits to a file that nobody uses before it is complete
     event.listen(Engine, "connect", do_not_sync)
     try:
-        store = SqlAlchemyStore(f"sqlite:///{temporary}", (path.parent / "mlartifacts").as_uri())
-        store.engine.dispose()
-        with temporary.open("rb") as file:
-            os.fsync(file.fileno())
-        try:
-            os.link(temporary, path)
-        except FileExistsError:  # another process was quicker
-            pass
-        except OSError:  # a file system without hard links
-            if not path.exists():
-                temporary.replace(path)
+        with replacing(path, sync=True, keep=True) as temporary:
+            store = SqlAlchemyStore(f"sqlite:///{temporary}", (path.parent / "mlartifacts").as_uri())
+            store.engine.dispose()
     finally:
         event.remove(Engine, "connect", do_not_sync)
-        temporary.unlink(missing_ok=True)

@@ -2,7 +2,7 @@
 
 Everything is read from the run folder, where results are complete before the tracker hears of them, and nothing
 here can hurt them: whatever MLflow does – hang, print, crash, use memory – happens in another process
-(:mod:`.pusher`), and what goes wrong there is one warning. A later push adds what is missing.
+(:mod:`.push_process`), and what goes wrong there is one warning. A later push adds what is missing.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ Say = Callable[[str], None]
 class Tracker(Protocol):
     """Hears of results that are complete on disk. Never raises, never blocks for long."""
 
-    def trial(self) -> None:
-        """A trial ended; its folder, if it has one, is complete."""
+    def trial(self, number: int) -> None:
+        """A trial ended, an experiment's of this seed or a sweep's of this number; its folder is complete."""
         ...
 
     def finish(self, *, patience: float = PATIENCE_SECONDS) -> None:
@@ -51,7 +51,7 @@ class Tracker(Protocol):
 class NullTracker:
     """Tracks nothing."""
 
-    def trial(self) -> None: ...
+    def trial(self, number: int) -> None: ...
     def finish(self, *, patience: float = PATIENCE_SECONDS) -> None: ...
 
 
@@ -90,7 +90,7 @@ class MlflowTracker:
     ) -> None:
         self._folder, self._uri, self._say = folder, uri, say
         self._later = ["origami-lab", "dashboard", "--sync", str(folder)] if later is None else later
-        self._trials = self._pushed = 0
+        self._ended, self._pushed = set[int](), set[int]()
         self._trouble = self._warned = self._done = False
         self._process: subprocess.Popen[str] | None = None
         package = str(PACKAGE.parent)
@@ -115,9 +115,9 @@ class MlflowTracker:
                 self._process = None
             self._warn(f"the process for MLflow could not be started ({error})")
 
-    def trial(self) -> None:
-        self._trials += 1
-        self._tell("trial")
+    def trial(self, number: int) -> None:
+        self._ended.add(number)
+        self._tell(f"trial {number}")
 
     def finish(self, *, patience: float = PATIENCE_SECONDS) -> None:
         if self._process is None:
@@ -139,7 +139,9 @@ class MlflowTracker:
         code = self._process.wait()
         if late:
             why = "was left" if interrupted else f"did not take everything within {patience:.0f} s"
-            self._warn(f"{shown(self._uri)} {why}, {self._pushed} of {self._trials} trials are there")
+            self._warn(
+                f"{shown(self._uri)} {why}, {len(self._ended & self._pushed)} of {len(self._ended)} trials are there"
+            )
         elif not self._done:
             self._warn(f"the process for MLflow ended by itself (exit code {code})")
         elif self._warned and not self._trouble:
@@ -158,8 +160,8 @@ class MlflowTracker:
         assert process.stdout is not None
         for line in process.stdout:
             match json.loads(line):
-                case {"pushed": _}:
-                    self._pushed += 1
+                case {"pushed": int(number)}:
+                    self._pushed.add(number)
                 case {"trouble": str(reason)}:
                     self._trouble = True
                     self._warn(reason)

@@ -1,31 +1,163 @@
-"""A process with a pipe, a time limit and one thread: shared by experiments and sweeps."""
+"""A process that plays trials, as experiments and sweeps start, watch and end it; and its own end of the pipe."""
 
 from __future__ import annotations
 
 import multiprocessing
 import os
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
+from typing import Any, TypeVar
 
 from origami_lab.errors import InputError
-from origami_lab.workers.interrupts import blocked_interrupts
+from origami_lab.workers.call_limit import CallLimit, Calls
+from origami_lab.workers.interrupts import blocked_interrupts, ignore_interrupts
 
 JOIN_SECONDS = 2.0
-
-
+"""How long a process that was told to leave may take to end."""
+STOP_CHECK_SECONDS = 0.1
 _THREADS = ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "NUMBA")
-
-
 ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in _THREADS}
 """A trial is one thread: the cores are for other trials."""
+STOP = "stop"
+"""The order to end the running trial."""
 
 
-def start_apart(process: SpawnProcess) -> None:
-    """Start a process that uses one core, hears no Ctrl-C and imports nothing of the parent's script."""
-    with _environment(ONE_THREAD), _hidden_main(), blocked_interrupts():
-        process.start()
+class WorkerProcess:
+    """A process with a pipe of its own, so that its death costs its own trial only.
+
+    It uses one core, hears no Ctrl-C, imports nothing of the parent's script, and ends when the parent is killed.
+
+    Parameters
+    ----------
+    serve
+        Called there with an :class:`Orders`, the :class:`Calls` that number those of a user's objective, and the
+        arguments; the process ends when it returns.
+    arguments
+        Further arguments of ``serve``; pickled.
+    objective_seconds
+        Longest that one call of a user's objective may take; None for no limit.
+    """
+
+    def __init__(
+        self, serve: Callable[..., None], arguments: Sequence[object], objective_seconds: float | None
+    ) -> None:
+        context = multiprocessing.get_context("spawn")
+        self.pipe, theirs = context.Pipe()
+        self._limit = CallLimit(context, objective_seconds)
+        self.process: SpawnProcess = context.Process(
+            target=_serve, args=(serve, theirs, self._limit.number, *arguments), daemon=True
+        )
+        with _environment(ONE_THREAD), _hidden_main(), blocked_interrupts():
+            self.process.start()
+        theirs.close()
+
+    def send(self, message: object) -> None:
+        """Give an order. One that died does not hear it; :func:`hear` tells of its death."""
+        with suppress(OSError):
+            self.pipe.send(message)
+
+    def hangs(self) -> str:
+        """The reason to kill it for its present call of the objective; empty if there is none.
+
+        To be asked several times a second.
+        """
+        if not self._limit.exceeded():
+            return ""
+        return f"the objective took longer than objective_seconds={self._limit.seconds:g} in one call"
+
+    def kill(self) -> None:
+        """End the process, whatever it is doing; :meth:`bury` waits for its end."""
+        self.process.kill()
+
+    def bury(self) -> str:
+        """Wait for the end of a process that died or was told to leave; returns how it ended."""
+        self.process.join(JOIN_SECONDS)
+        if self.process.is_alive():  # it lost no more than its pipe
+            self.process.kill()
+            self.process.join()
+        self.pipe.close()
+        code = self.process.exitcode
+        return f"killed by signal {-code}" if code is not None and code < 0 else f"exit code {code}"
+
+
+AnyWorker = TypeVar("AnyWorker", bound=WorkerProcess)
+
+
+def hear(workers: Sequence[AnyWorker], seconds: float) -> Iterator[tuple[AnyWorker, Any]]:
+    """The workers that have said something within a time, each with its message: None if it died."""
+    by_pipe: dict[object, AnyWorker] = {worker.pipe: worker for worker in workers}
+    for pipe in wait(list(by_pipe), seconds):  # type: ignore[arg-type]
+        worker = by_pipe[pipe]
+        try:
+            message = worker.pipe.recv()
+        except (EOFError, OSError):
+            message = None
+        yield worker, message
+
+
+class Orders:
+    """A worker's end of the pipe: what the parent asks for, and what it is told."""
+
+    def __init__(self, pipe: Connection) -> None:
+        self._pipe, self._stopped, self._checked = pipe, False, 0.0
+
+    def stop(self) -> bool:
+        """Whether the running trial shall end. Called often: looks at the pipe ten times a second."""
+        now = time.monotonic()
+        if not self._stopped and now - self._checked >= STOP_CHECK_SECONDS:
+            self._checked = now
+            if self._pipe.poll():
+                self._stopped = True
+                try:
+                    self._pipe.recv()
+                except (EOFError, OSError):  # the parent was killed: nobody waits for this result
+                    os._exit(1)
+        return self._stopped
+
+    def next(self) -> Any:
+        """The next order; None if there are no more, or the parent is gone."""
+        try:
+            return self._pipe.recv()
+        except (EOFError, OSError):
+            return None
+
+    def say(self, message: object) -> None:
+        """Tell the parent; raises OSError if it is gone."""
+        self._pipe.send(message)
+
+
+def _serve(serve: Callable[..., None], pipe: Connection, call_number: Any, *arguments: object) -> None:
+    """The whole life of a worker process."""
+    # the parent gets them too and tells its workers what to do
+    ignore_interrupts()
+    threading.Thread(target=_leave_with_parent, daemon=True, name="parent").start()
+    # what a user's objective prints must not mix with the parent's tables
+    sys.stdout = sys.stderr
+    with suppress(BrokenPipeError, ConnectionResetError):  # the parent is gone
+        serve(Orders(pipe), Calls(call_number), *arguments)
+
+
+def _leave_with_parent() -> None:
+    """End this process when the parent is killed, whatever it is doing: another run may take up the folder at once."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def reason_of(error: BaseException) -> str:
+    """The error in one short line."""
+    kind = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
+    try:
+        lines = str(error).splitlines()
+    except Exception:  # an exception of the user's may fail at that
+        lines = []
+    return f"{kind}{lines[0] if lines else ''}"[:200].rstrip(": ")
 
 
 @contextmanager
@@ -58,24 +190,3 @@ def _hidden_main() -> Iterator[None]:
         yield
     finally:
         main.__dict__.update(saved)
-
-
-STOP_CHECK_SECONDS = 0.1
-
-
-def leave_with_parent() -> None:
-    """End this process when the parent is killed, whatever it is doing: another run may take up the folder at once."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
-
-
-def reason_of(error: BaseException) -> str:
-    """The error in one short line."""
-    kind = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
-    try:
-        lines = str(error).splitlines()
-    except Exception:  # an exception of the user's may fail at that
-        lines = []
-    return f"{kind}{lines[0] if lines else ''}"[:200].rstrip(": ")

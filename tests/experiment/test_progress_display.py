@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 
 import pytest
 from rich.console import Console
@@ -12,8 +13,9 @@ from origami_lab.experiment.progress_display import LiveDisplay, PlainDisplay, Q
 from origami_lab.experiment.trial import Progress
 from origami_lab.experiment.trial_pool import Started, Tick
 from origami_lab.experiment.trial_worker import Failed, Finished
+from tests.small_runs import trial_row
 
-ROW = {"seed": 3, "interactions": 100, "return": -0.5, "status": "ok", "interactions_per_second": 50.0}
+ROW = trial_row(3, -0.5, interactions=100, interactions_per_second=50.0)
 EVENTS = (
     Started(3),
     Tick(),
@@ -80,7 +82,7 @@ def test_drawing_is_said_once_and_no_design_has_no_return(monkeypatch: pytest.Mo
     with make_display(Console(file=out, width=100), "normal", [3], 100) as display:
         for event in (Started(3), Progress(3, 100, None), Progress(3, 100, None)):
             display.show(event)
-        display.show(Finished(3, {**ROW, "return": -24.0, "status": "no design"}, []))
+        display.show(Finished(3, replace(ROW, return_=-24.0, status="no design"), []))
     assert out.getvalue().count("drawing its pictures") == 1
     assert "seed 3: 100 interactions, 50/s, no design\n" in out.getvalue()
     assert "-24" not in out.getvalue()
@@ -123,7 +125,7 @@ def test_many_trials_fit_a_screen() -> None:
     out = io.StringIO()
     display = LiveDisplay(Console(file=out, force_terminal=True, width=100), range(500), 100)
     for seed in range(300):
-        display.show(Finished(seed, {**ROW, "seed": seed}, []))
+        display.show(Finished(seed, replace(ROW, seed=seed), []))
     for seed in range(300, 304):
         display.show(Started(seed))
     assert display._table().row_count == progress.SHOWN

@@ -247,7 +247,7 @@ def test_designs_only(tracked: Path, tmp_path: Path) -> None:
     assert run(tmp_path, *arguments, "resume=true", "seed=1") == 0
     assert {file.name for file in (tmp_path / "out/seed=1").iterdir()} == TRIAL_FILES
     rows = untimed(tmp_path / "out/trials.csv")
-    assert [row.return_ for row in rows] == [row.return_ for row in untimed(tracked / "out/trials.csv")[:2]]
+    assert [row["return"] for row in rows] == [row["return"] for row in untimed(tracked / "out/trials.csv")[:2]]
 
 
 def test_resume_runs_what_is_missing_only(tracked: Path, tmp_path: Path) -> None:
@@ -268,7 +268,7 @@ def test_resume_runs_what_is_missing_only(tracked: Path, tmp_path: Path) -> None
     assert (tmp_path / "out/seed=0/result.json").stat().st_mtime_ns == before
     rows = untimed(tmp_path / "out/trials.csv")
     assert rows[:3] == untimed(tracked / "out/trials.csv")
-    assert [row.seed for row in rows] == [0, 1, 2, 3]
+    assert [row["seed"] for row in rows] == [0, 1, 2, 3]
     assert OmegaConf.load(tmp_path / "out/config.yaml").seed == "0..3"
 
 

@@ -57,9 +57,9 @@ def play_here(declaration: Declaration, stop_after: int = 10**9) -> list[Slot]:
     """Play the trials in this process, or so many seeds of them."""
     limit = seeds_in(declaration.folder) + stop_after
     job = SearchJob(declaration)
-    places = job.places(open_storage(declaration), Worker.this())
-    Player(lambda: seeds_in(declaration.folder) >= limit).work(job, places)
-    return places.look()
+    queue = job.queue(open_storage(declaration), Worker.this())
+    Player(lambda: seeds_in(declaration.folder) >= limit).work(job, queue)
+    return queue.look()
 
 
 def seeds_in(folder: Path) -> int:
@@ -68,9 +68,9 @@ def seeds_in(folder: Path) -> int:
     return sum(json.loads(file.read_text())["status"] == "ok" for file in files)
 
 
-def values(places: list[Slot]) -> list[tuple[str, Any, Any]]:
-    """What each place found: its state, its parameters, and its value, to the last bit."""
-    return [(p.state, p.trial.params, p.trial.value) for p in places if p.trial is not None]
+def values(slots: list[Slot]) -> list[tuple[str, Any, Any]]:
+    """What each slot found: its state, its parameters, and its value, to the last bit."""
+    return [(p.state, p.trial.params, p.trial.value) for p in slots if p.trial is not None]
 
 
 def trials_in(journal: Path) -> list[FrozenTrial]:

@@ -13,7 +13,7 @@ import pytest
 from optuna.trial import FrozenTrial, TrialState
 
 from origami_lab.sweep.storage import open_storage
-from origami_lab.sweep.studies import best_place
+from origami_lab.sweep.studies import best_slot
 from origami_lab.tracking.store import open_client
 from tests.sweep.conftest import (
     ROOT,
@@ -84,15 +84,15 @@ def alone(tmp_path_factory: pytest.TempPathFactory) -> list[Any]:
 
 
 def assert_all_played_once(trials: list[FrozenTrial], alone: list[Any]) -> None:
-    """Each place has been played to its end once, and found what it does when nobody is killed."""
+    """Each slot has been played to its end once, and found what it does when nobody is killed."""
     ended = [trial for trial in trials if trial.state in (TrialState.COMPLETE, TrialState.PRUNED)]
     others = [trial for trial in trials if trial not in ended]
     assert sorted(trial.user_attrs["place"] for trial in ended) == list(range(SLOW["trials"]))
     assert {trial.state for trial in others} <= {TrialState.FAIL}
     assert {trial.user_attrs["end"] for trial in others} <= {"lost", "stopped", "surplus"}
     found = {trial.user_attrs["place"]: ("complete", trial.params, trial.value) for trial in ended}
-    assert [found[place] for place in sorted(found)] == values(alone)
-    best, expected = max(ended, key=lambda trial: trial.value or -99), best_place(alone)
+    assert [found[slot] for slot in sorted(found)] == values(alone)
+    best, expected = max(ended, key=lambda trial: trial.value or -99), best_slot(alone)
     assert expected is not None
     assert (best.params, best.value) == (expected.trial.params, expected.trial.value)
 
@@ -113,8 +113,8 @@ def assert_tracked_once(address: str, alone: list[Any]) -> None:
     assert sorted(seeds) == sorted((trial, str(seed)) for trial in trials for seed in (0, 1))
     assert len(runs) == 1 + len(nested) + len(seeds)
     returns = {int(run.data.tags["trial"]): run.data.metrics["mean_return"] for run in nested}
-    assert returns == {place.number: place.trial.value for place in alone}
-    best = best_place(alone)
+    assert returns == {slot.number: slot.trial.value for slot in alone}
+    best = best_slot(alone)
     assert best is not None
     assert study.data.metrics["best_mean_return"] == best.trial.value
     files = {file.path for file in client.list_artifacts(study.info.run_id)}
@@ -154,7 +154,7 @@ def test_four_workers_one_killed_twice_then_stopped_and_resumed(
     assert lost(shared.trials()) == 2
     table = (tmp_path / "out" / "trials.csv").read_text().splitlines()
     assert [line.partition(",")[0] for line in table[1:]] == [str(number) for number in range(SLOW["trials"])]
-    best = best_place(alone)
+    best = best_slot(alone)
     assert best is not None
     assert f"Best: trial {best.number}, mean return {best.trial.value:.4f}" in output
     if shared.tracking_uri is not None:

@@ -10,7 +10,7 @@ import pytest
 
 from origami_lab.runs.run_folder import FolderError
 from origami_lab.runs.trial_row import read_trials
-from origami_lab.sweep.studies import best_place, returns_of
+from origami_lab.sweep.studies import best_slot, returns_of
 from tests.sweep.conftest import ROOT, declare, play_here, values
 
 TPE: dict[str, Any] = {"sampler": {"name": "tpe", "seed": 3, "startup": 3}, "pruner": {"name": "median", "startup": 2}}
@@ -24,22 +24,22 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Any]]:
 
 
 def test_a_trial_is_a_run_folder_and_its_value_the_mean(whole: tuple[Path, list[Any]]) -> None:
-    folder, places = whole
-    assert {place.state for place in places} == {"complete", "pruned"}
-    for place in places:
-        assert place.reason[:7] == ("below -" if place.state == "pruned" else "")
-        run = folder / "out" / "trials" / f"{place.number:04d}"
+    folder, slots = whole
+    assert {slot.state for slot in slots} == {"complete", "pruned"}
+    for slot in slots:
+        assert slot.reason[:7] == ("below -" if slot.state == "pruned" else "")
+        run = folder / "out" / "trials" / f"{slot.number:04d}"
         rows = read_trials(run / "trials.csv")
-        assert [row.seed for row in rows] == [0, 1][: 2 if place.state == "complete" else 1]
-        assert returns_of(place) == [row.return_ for row in rows]
-        assert place.trial.value == pytest.approx(sum(returns_of(place)) / len(rows), abs=1e-15)
+        assert [row.seed for row in rows] == [0, 1][: 2 if slot.state == "complete" else 1]
+        assert returns_of(slot) == [row.return_ for row in rows]
+        assert slot.trial.value == pytest.approx(sum(returns_of(slot)) / len(rows), abs=1e-15)
         assert json.loads((run / "summary.json").read_text())["search"] == "evo"
         for seed in range(len(rows)):
             assert (run / f"seed={seed}" / "best.fold").is_file()
             assert not (run / f"seed={seed}" / "folded.png").exists()
-    best = best_place(places)
+    best = best_slot(slots)
     assert best is not None
-    assert best.trial.value == max(place.trial.value for place in places if place.state == "complete")
+    assert best.trial.value == max(slot.trial.value for slot in slots if slot.state == "complete")
 
 
 @pytest.mark.slow
@@ -47,11 +47,11 @@ def test_the_same_seed_gives_the_same_study_also_if_it_was_stopped_twice(
     tmp_path: Path, whole: tuple[Path, list[Any]]
 ) -> None:
     declaration = declare(tmp_path, trials=6, **TPE)
-    assert not all(place.done for place in play_here(declaration, stop_after=3))
-    assert not all(place.done for place in play_here(declaration, stop_after=4))
+    assert not all(slot.done for slot in play_here(declaration, stop_after=3))
+    assert not all(slot.done for slot in play_here(declaration, stop_after=4))
     resumed = play_here(declaration)
     assert values(resumed) == values(whole[1])
-    assert sum(place.losses for place in resumed) >= 1
+    assert sum(slot.losses for slot in resumed) >= 1
 
 
 def test_seeds_on_disk_are_not_played_again(tmp_path: Path) -> None:
@@ -59,9 +59,9 @@ def test_seeds_on_disk_are_not_played_again(tmp_path: Path) -> None:
     play_here(declaration, stop_after=2)
     result = tmp_path / "out" / "trials" / "0000" / "seed=1" / "result.json"
     result.write_text(json.dumps({**json.loads(result.read_text()), "return": -123.0}))
-    (place,) = play_here(declaration)
-    assert place.state == "complete"
-    assert returns_of(place)[1] == -123.0
+    (slot,) = play_here(declaration)
+    assert slot.state == "complete"
+    assert returns_of(slot)[1] == -123.0
 
 
 def test_an_objective_that_raises_fails_its_trial_only(tmp_path: Path) -> None:
@@ -89,4 +89,4 @@ def test_a_folder_that_cannot_be_made_is_no_fault_of_its_trial(tmp_path: Path) -
     with pytest.raises(FolderError):
         play_here(declaration)
     obstacle.unlink()
-    assert [place.state for place in play_here(declaration)] == ["complete", "complete"]
+    assert [slot.state for slot in play_here(declaration)] == ["complete", "complete"]

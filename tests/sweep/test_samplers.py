@@ -26,7 +26,7 @@ def nothing_refused(point: object) -> None:
 
 
 def points(declaration: Declaration, number: int) -> list[dict[str, Any]]:
-    return [suggest(declaration, place, [], nothing_refused)[0] for place in range(number)]
+    return [suggest(declaration, slot, [], nothing_refused)[0] for slot in range(number)]
 
 
 def test_ranges_and_conditions(tmp_path: Path) -> None:
@@ -45,7 +45,7 @@ def test_ranges_and_conditions(tmp_path: Path) -> None:
 def test_random_points_depend_on_seed_and_place_only(tmp_path: Path) -> None:
     declaration = declare(tmp_path)
     forwards = points(declaration, 5)
-    backwards = [suggest(declaration, place, history(declaration, 4), nothing_refused)[0] for place in (4, 3, 2, 1, 0)]
+    backwards = [suggest(declaration, slot, history(declaration, 4), nothing_refused)[0] for slot in (4, 3, 2, 1, 0)]
     assert forwards == backwards[::-1]
     assert len({str(point) for point in forwards}) == 5
     other = declare(tmp_path, sampler={"name": "random", "seed": 4})
@@ -77,9 +77,9 @@ def test_samplers_learn_from_the_history_and_repeat_themselves(tmp_path: Path, n
     declaration = declare(tmp_path, sampler={"name": name, "seed": 1, "startup": 4}, space=space)
     known: list[FrozenTrial] = []
     kinds = {parameter.name: distribution(parameter) for parameter in declaration.space}
-    for place in range(40):
-        point, system = suggest(declaration, place, known, nothing_refused)
-        assert (point, system) == suggest(declaration, place, known, nothing_refused)
+    for slot in range(40):
+        point, system = suggest(declaration, slot, known, nothing_refused)
+        assert (point, system) == suggest(declaration, slot, known, nothing_refused)
         value = float(point["search.population"])
         known.append(create_trial(params=point, distributions=kinds, value=value, system_attrs=system))
     early, late = (sum(t.value for t in part if t.value) / 10 for part in (known[:10], known[-10:]))

@@ -1,18 +1,22 @@
-"""Who plays what: every place once, whoever dies, and whoever comes at the same moment."""
+"""Who plays what: every slot once, whoever dies, and whoever comes at the same moment."""
 
 from __future__ import annotations
 
+import sqlite3
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import optuna
 import pytest
 from optuna.storages import BaseStorage, JournalStorage
 from optuna.trial import TrialState
+from sqlalchemy import event
+from sqlalchemy.exc import OperationalError
 
 from origami_lab.errors import InputError
-from origami_lab.sweep.storage import JournalFile, check_same, open_storage, open_study
+from origami_lab.sweep.storage import Database, JournalFile, check_same, open_storage, open_study
 from origami_lab.sweep.trial_queue import FAILED, MOST_LOSSES, STOPPED, HeldTrial, TrialQueue
 from origami_lab.sweep.worker_identity import Worker, is_gone
 from tests.sweep.conftest import declare
@@ -38,24 +42,24 @@ def join(storage: Open, worker: Worker = HERE, count: int = 3, lease_seconds: fl
     return TrialQueue(open_study(storage(), "small", {"a": 1}), count, worker, lease_seconds)
 
 
-def play(claim: HeldTrial | None, value: float = -1.0) -> int:
-    assert claim is not None
-    claim.end(TrialState.COMPLETE, value)
-    return claim.place
+def play(held: HeldTrial | None, value: float = -1.0) -> int:
+    assert held is not None
+    held.end(TrialState.COMPLETE, value)
+    return held.number
 
 
-def states(places: TrialQueue) -> list[str]:
-    return [place.state for place in places.look()]
+def states(queue: TrialQueue) -> list[str]:
+    return [slot.state for slot in queue.look()]
 
 
-def test_each_place_is_taken_once_and_in_order(storage: Open) -> None:
+def test_each_slot_is_taken_once_and_in_order(storage: Open) -> None:
     one, two = join(storage), join(storage, ELSEWHERE)
     one.fill()
     two.fill()
-    claims = [places.claim() for places in (one, two, one, two, one)]
-    assert [None if claim is None else claim.place for claim in claims] == [0, 1, 2, None, None]
-    for claim in claims[:3]:
-        play(claim)
+    taken = [queue.claim() for queue in (one, two, one, two, one)]
+    assert [None if held is None else held.number for held in taken] == [0, 1, 2, None, None]
+    for held in taken[:3]:
+        play(held)
     one.fill()
     assert states(one) == states(two) == ["complete"] * 3
     assert len(one.study.trials) == 3
@@ -64,20 +68,20 @@ def test_each_place_is_taken_once_and_in_order(storage: Open) -> None:
 def test_a_dead_worker_s_trial_is_played_again_with_its_parameters(storage: Open) -> None:
     dead, alive = join(storage, GONE), join(storage)
     dead.fill()
-    claim = dead.claim()
-    assert claim is not None
-    claim.begin({"fixed_params": {"x": 7.0}}).suggest_float("x", 0, 10)
+    held = dead.claim()
+    assert held is not None
+    held.begin({"fixed_params": {"x": 7.0}}).suggest_float("x", 0, 10)
     assert alive.reap() == [0]
     assert alive.reap() == []
     alive.fill()
     again = alive.claim()
     assert again is not None
-    assert again.place == 0
+    assert again.number == 0
     assert again.begin({}).suggest_float("x", 0, 10) == 7.0
     assert again.frozen().user_attrs["retry_of"] == 0
     # the dead one was only asleep
-    claim.end(TrialState.COMPLETE, 5.0)
-    assert claim.lost
+    held.end(TrialState.COMPLETE, 5.0)
+    assert held.lost
     play(again, -2.0)
     trial = alive.look()[0].trial
     assert trial is not None
@@ -90,9 +94,9 @@ def test_of_two_who_replace_the_same_trial_one_is_surplus(storage: Open) -> None
     assert dead.claim() is not None
     assert one.reap() == [0]
     # both have seen the gap before either filled it
-    for places in (one, two):
+    for queue in (one, two):
         attributes = {"place": 0, "retry_of": 0}
-        places.study.add_trial(optuna.trial.create_trial(state=TrialState.WAITING, user_attrs=attributes))
+        queue.study.add_trial(optuna.trial.create_trial(state=TrialState.WAITING, user_attrs=attributes))
     first = one.claim()
     assert first is not None
     assert two.claim() is None
@@ -109,81 +113,81 @@ def test_a_lease_of_another_machine_ends_when_it_is_not_renewed(storage: Open, m
     monkeypatch.setattr("origami_lab.sweep.trial_queue.time.monotonic", lambda: now[0])
     far, near = join(storage, ELSEWHERE), join(storage)
     far.fill()
-    claim = far.claim()
-    assert claim is not None
+    held = far.claim()
+    assert held is not None
     assert near.reap() == []
     now[0] = 59.0
     assert near.reap() == []
-    claim.renew()
+    held.renew()
     now[0] = 118.0
     assert near.reap() == []
     now[0] = 179.0
     assert near.reap() == [0]
-    with claim:
+    with held:
         pass
-    claim.fail(STOPPED)
-    assert claim.lost
+    held.fail(STOPPED)
+    assert held.lost
 
 
 def test_a_trial_that_kills_its_workers_is_given_up(storage: Open) -> None:
-    places, dead = join(storage, count=2), join(storage, GONE, count=2)
+    queue, dead = join(storage, count=2), join(storage, GONE, count=2)
     for _ in range(MOST_LOSSES):
-        places.fill()
-        claim = dead.claim()
-        assert claim is not None
-        assert claim.place == 0
-        assert places.reap() == [0]
-    places.fill()
-    first, second = places.look()
+        queue.fill()
+        held = dead.claim()
+        assert held is not None
+        assert held.number == 0
+        assert queue.reap() == [0]
+    queue.fill()
+    first, second = queue.look()
     assert (first.state, second.state) == ("failed", "waiting")
     assert first.reason == f"{MOST_LOSSES} workers were lost with it"
-    assert play(places.claim()) == 1
-    assert all(place.done for place in places.look())
+    assert play(queue.claim()) == 1
+    assert all(slot.done for slot in queue.look())
 
 
 def test_losses_after_further_seeds_do_not_count(storage: Open) -> None:
-    places, dead = join(storage, count=1), join(storage, GONE, count=1)
+    queue, dead = join(storage, count=1), join(storage, GONE, count=1)
     for seeds in range(1, MOST_LOSSES + 3):
-        places.fill()
-        claim = dead.claim()
-        assert claim is not None
-        trial = claim.begin({})
+        queue.fill()
+        held = dead.claim()
+        assert held is not None
+        trial = held.begin({})
         for seed in range(seeds):
             trial.report(-1.0, seed)
-        assert places.reap() == [0]
-    assert states(places) == ["waiting"]
+        assert queue.reap() == [0]
+    assert states(queue) == ["waiting"]
 
 
 def test_stopped_trials_wait_and_failed_ones_do_not(storage: Open) -> None:
-    places = join(storage, count=2)
-    places.fill()
+    queue = join(storage, count=2)
+    queue.fill()
     for why in (STOPPED, f"{FAILED}: the kettle is empty"):
-        claim = places.claim()
-        assert claim is not None
-        claim.fail(why)
-    places.fill()
-    assert states(places) == ["waiting", "failed"]
-    assert places.look()[1].reason == "failed: the kettle is empty"
+        held = queue.claim()
+        assert held is not None
+        held.fail(why)
+    queue.fill()
+    assert states(queue) == ["waiting", "failed"]
+    assert queue.look()[1].reason == "failed: the kettle is empty"
 
 
 def test_more_trials_extend_a_study(storage: Open) -> None:
-    places = join(storage, count=1)
-    places.fill()
-    play(places.claim())
+    queue = join(storage, count=1)
+    queue.fill()
+    play(queue.claim())
     more = join(storage, count=3)
     more.fill()
     assert states(more) == ["complete", "waiting", "waiting"]
     # one who asked for a single trial sees the others, too
-    assert states(places) == ["complete", "waiting", "waiting"]
-    assert play(places.claim()) == 1
+    assert states(queue) == ["complete", "waiting", "waiting"]
+    assert play(queue.claim()) == 1
 
 
-def test_places_to_be_left_alone(storage: Open) -> None:
-    places = join(storage)
-    places.fill()
-    assert play(places.claim(without={0, 1})) == 2
-    assert places.claim(without={0, 1}) is None
-    assert play(places.claim()) == 0
+def test_slots_to_be_left_alone(storage: Open) -> None:
+    queue = join(storage)
+    queue.fill()
+    assert play(queue.claim(without={0, 1})) == 2
+    assert queue.claim(without={0, 1}) is None
+    assert play(queue.claim()) == 0
 
 
 def test_a_study_that_was_declared_otherwise(storage: Open) -> None:
@@ -212,13 +216,39 @@ def test_a_journal_in_a_folder_that_is_not_there(tmp_path: Path) -> None:
 
 def test_a_journal_whose_writer_was_killed_in_the_middle_of_a_line(tmp_path: Path) -> None:
     file = tmp_path / "study.journal"
-    places = join(lambda: JournalStorage(JournalFile(str(file))))
-    places.fill()
+    queue = join(lambda: JournalStorage(JournalFile(str(file))))
+    queue.fill()
     whole = file.read_bytes()
     file.write_bytes(whole + whole.splitlines(keepends=True)[-1][:20])
     one, two = (join(lambda: JournalStorage(JournalFile(str(file)))) for _ in range(2))
-    claims = [one.claim(), two.claim(), places.claim()]
-    assert [None if claim is None else claim.place for claim in claims] == [0, 1, 2]
+    taken = [one.claim(), two.claim(), queue.claim()]
+    assert [None if held is None else held.number for held in taken] == [0, 1, 2]
+
+
+def test_a_database_that_is_away_for_a_while_is_waited_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From joining a study to the end of a trial, now and then a statement fails."""
+    monkeypatch.setattr("origami_lab.sweep.storage.time.sleep", lambda seconds: None)
+    engine: Any = optuna.storages.get_storage(Database(f"sqlite:///{tmp_path}/study.db", patience=5.0))
+    asked: list[bool] = []
+
+    def break_now_and_then(*_: object) -> None:
+        asked.append(True)
+        if len(asked) % 17 == 0:
+            raise OperationalError("SELECT", {}, sqlite3.OperationalError("connection refused"))
+
+    event.listen(engine._backend.engine, "before_cursor_execute", break_now_and_then)
+    queue = TrialQueue(open_study(engine, "small", {"a": 1}), 1, HERE)
+    queue.fill()
+    held = queue.claim()
+    assert held is not None
+    with held:
+        held.note("folder", "here")
+        trial = held.begin({"fixed_params": {"x": 7.0}})
+        trial.suggest_float("x", 0, 10)
+        trial.report(-1.0, 0)
+        held.end(TrialState.COMPLETE, -1.0)
+    assert [slot.state for slot in queue.look()] == ["complete"]
+    assert len(asked) > 40
 
 
 def test_who_is_gone() -> None:

@@ -129,7 +129,7 @@ def test_the_end_waits_no_longer_than_it_may(tmp_path: Path, monkeypatch: pytest
     monkeypatch.setattr(sys, "executable", str(hangs))
     said: list[str] = []
     tracker = MlflowTracker(tmp_path, "http://host", said.append)
-    tracker.trial()
+    tracker.trial(0)
     tracker.finish(patience=0.5)
     assert tracker._process is not None
     assert tracker._process.returncode is not None
@@ -148,7 +148,7 @@ def test_a_tracking_process_that_crashes_costs_a_warning(tmp_path: Path, monkeyp
         monkeypatch.setattr(sys, "executable", str(tmp_path / name))
         said: list[str] = []
         tracker = MlflowTracker(tmp_path, "http://host", said.append)
-        tracker.trial()
+        tracker.trial(0)
         tracker.finish()
         (line,) = said
         assert line.startswith("warning: tracking: the process for MLflow ")

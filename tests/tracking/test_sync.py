@@ -18,9 +18,8 @@ from origami_lab.errors import InputError
 from origami_lab.runs.locks import held
 from origami_lab.runs.run_finder import find_runs
 from origami_lab.runs.trial_row import TrialRow, format_trials, read_trials
-from origami_lab.tracking.experiment_runs import Runs
+from origami_lab.tracking.experiment_runs import ExperimentRuns
 from origami_lab.tracking.store import StoreError, create_database, open_client
-from origami_lab.tracking.sync import read_run
 from tests.small_runs import run
 
 pytestmark = pytest.mark.slow
@@ -95,7 +94,7 @@ def test_a_run_that_the_command_tracked_is_there_already(tracked: Path, capsys: 
 @pytest.mark.parametrize("call", ["create_run", "log_batch", "log_artifacts", "set_terminated"])
 def test_a_push_that_was_cut_off_leaves_nothing_twice(place: Path, call: str, monkeypatch: pytest.MonkeyPatch) -> None:
     uri = f"sqlite:///{place}/results/mlflow.db"
-    runs = Runs(read_run(place / "out"), place / "out", uri)
+    runs = ExperimentRuns(place / "out", uri)
     whole = getattr(runs.client, call)
     calls = 0
 
@@ -111,7 +110,7 @@ def test_a_push_that_was_cut_off_leaves_nothing_twice(place: Path, call: str, mo
     with pytest.raises(StoreError, match="does not answer"):
         runs.push(live=True)
     assert calls == 2
-    Runs(read_run(place / "out"), place / "out", uri).push(live=False)
+    ExperimentRuns(place / "out", uri).push(live=False)
     assert statuses(place) == FINISHED
 
 
@@ -141,7 +140,7 @@ def test_a_run_that_was_killed_is_marked_so(place: Path, capsys: pytest.CaptureF
     shutil.rmtree(place / "out/seed=2")
     (place / "out/summary.json").unlink()
     uri = f"sqlite:///{place}/results/mlflow.db"
-    Runs(read_run(place / "out"), place / "out", uri).push(live=True)
+    ExperimentRuns(place / "out", uri).push(live=True)
     assert statuses(place)[0] == "pyramid rdm RUNNING"
     assert "0 trials pushed" in sync(place, capsys)[1]
     assert statuses(place) == ["pyramid rdm KILLED", "seed 0 FINISHED", "seed 1 FINISHED"]

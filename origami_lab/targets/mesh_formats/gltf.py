@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from origami_lab.targets.mesh_formats.text import text_of
+from origami_lab.targets.mesh_formats.text_lines import text_of
 
 _COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression")
 _FLOAT = 5126

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from origami_lab.targets.mesh_formats.polygons import Polygons
-from origami_lab.targets.mesh_formats.text import lines_of, numbers
+from origami_lab.targets.mesh_formats.text_lines import lines_of, numbers
 
 _FREE_FORM = ("curv", "curv2", "surf")
 

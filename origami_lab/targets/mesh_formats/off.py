@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from origami_lab.targets.mesh_formats.polygons import Polygons
-from origami_lab.targets.mesh_formats.text import lines_of, numbers
+from origami_lab.targets.mesh_formats.text_lines import lines_of, numbers
 
 
 def read_off(data: bytes) -> Polygons:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.targets.mesh_formats.polygons import Array, Indices, Polygons
-from origami_lab.targets.mesh_formats.text import numbers, text_of
+from origami_lab.targets.mesh_formats.text_lines import numbers, text_of
 
 _CODES = {
     "char": "b", "int8": "b", "uchar": "B", "uint8": "B", "short": "h", "int16": "h", "ushort": "H", "uint16": "H",

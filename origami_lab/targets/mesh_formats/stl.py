@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.targets.mesh_formats.polygons import Array, Polygons
-from origami_lab.targets.mesh_formats.text import numbers, text_of
+from origami_lab.targets.mesh_formats.text_lines import numbers, text_of
 
 HEADER, RECORD = 84, 50
 """Bytes before the first triangle of a binary file, and of each."""
