@@ -27,7 +27,7 @@ T = TypeVar("T")
 P = ParamSpec("P")
 
 REFUSED = object()
-"""What a kind makes of a value that it does not take."""
+"""The answer of a kind to a value that it does not take."""
 _GIVEN = object()
 
 
@@ -58,7 +58,7 @@ class Kind:
         raise NotImplementedError
 
     def message(self, value: Any) -> str:
-        """What would be right instead of a refused value."""
+        """The end of the sentence "... must be": a value that would be right."""
         return self.expected
 
     def shown(self, value: Any) -> Any:

@@ -39,9 +39,9 @@ FLAGS = (
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; returns the exit code.
+    """Run the command and return its exit code.
 
-    Without ``arguments`` it is the process that ``origami-lab`` names: what ends it ends with exit code 130.
+    Without ``arguments`` this process is the command itself: signals that end it make the exit code 130.
     """
     if arguments is not None:
         return _run(list(arguments))
@@ -92,7 +92,7 @@ def _dispatch(arguments: list[str]) -> int:
 
 
 def _no_command(word: str) -> InputError:
-    """What a bare word may have been meant for."""
+    """The error for a bare word, with the command or setting that it may have been meant for."""
     from origami_lab.config.option_files import groups
 
     expected = f"must be {' or '.join(COMMANDS)}, a config.yaml, or settings like target=bowl"

@@ -27,7 +27,7 @@ FOLDER_FORMAT = 2
 """Version of what a run folder holds; folders of version 0.1.0 do not say theirs, which is 1."""
 
 SEED = "seed="
-"""What the name of a trial's folder begins with."""
+"""First letters of the name of a trial's folder."""
 
 
 def trial_folder(run: Path, seed: int) -> Path:

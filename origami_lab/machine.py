@@ -1,4 +1,4 @@
-"""What this machine has: cores and memory, and what a trial takes of them."""
+"""Cores and memory of this machine, and the share that a trial takes."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from pathlib import Path
 
 CGROUP = Path("/sys/fs/cgroup")
 WORKER_BYTES = 400 * 2**20
-"""What a worker process takes besides the states of its search, most of it libraries and kernels."""
+"""Bytes of a worker process besides the states of its search, most of it libraries and kernels."""
 
 
 def usable_cores() -> int:
-    """What workers=auto takes."""
+    """Cores that ``workers=auto`` takes."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 

@@ -8,7 +8,7 @@ COMMANDS = ("dashboard", "doctor", "export", "report", "sweep", "verify")
 
 
 def number(option: str, text: str | None) -> float | None:
-    """What was given for an option as a number; whether it is a sane one is not asked here.
+    """An option's text as a number; whether it is a sane one is not asked here.
 
     Raises
     ------

@@ -107,7 +107,7 @@ def _version() -> Iterator[Found]:
 
 
 def _dependencies() -> Iterator[Found]:
-    """What is installed of what is declared; one line for all that fits and one for each that does not."""
+    """Installed packages against the declared ones: one line for all that fit and one for each that does not."""
     from packaging.requirements import Requirement
 
     try:

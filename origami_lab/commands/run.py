@@ -24,7 +24,7 @@ RERUN_SETTINGS = (
     "hydra/hydra_logging=none",
     "+hydra.callbacks.check_jobs._target_=origami_lab.multirun.CheckJobs",
 )
-"""What conf/config.yaml says of Hydra, for a run's own config.yaml, which says nothing of it."""
+"""Hydra's settings in conf/config.yaml, for a run's own config.yaml, which has none."""
 
 
 def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:

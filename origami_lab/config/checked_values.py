@@ -13,7 +13,7 @@ from origami_lab.config.seeds import parse_seeds
 from origami_lab.errors import InputError
 
 Value = None | bool | int | float | str
-"""What a setting may be set to by a sweep."""
+"""Values that a sweep may give to a setting."""
 
 
 OWN = {

@@ -1,4 +1,4 @@
-"""What earlier versions called otherwise or did not say: runs on disk, and parts of the user's own, may be of them."""
+"""Names and settings of earlier versions: runs on disk, and parts of the user's own, may be of them."""
 
 from __future__ import annotations
 

@@ -73,7 +73,7 @@ def explain(
 
 
 def find_culprit(arguments: Sequence[str]) -> InputError | None:
-    """What Hydra breaks on without naming it: an override without a key or a value, or a group without a word."""
+    """The override that Hydra breaks on without naming it: one without a key or a value, or a group without a word."""
     for argument in arguments:
         key, _, value = argument.partition("=")
         try:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Parts:
-    """What a trial is made of. Fresh for each trial, so that no trial can depend on another."""
+    """The parts of a trial, fresh for each, so that no trial can depend on another."""
 
     game: Game
     target: Target | None

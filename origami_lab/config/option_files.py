@@ -78,7 +78,7 @@ def options_of(folder: Path) -> list[str]:
 
 
 def read_options(group: str) -> dict[str, dict[str, Any]]:
-    """What the options of a group say, by their names; also those of the folder that --config-dir names."""
+    """The contents of a group's options by name, those of ``--config-dir`` included."""
     from hydra.core.hydra_config import HydraConfig
 
     sources = HydraConfig.get().runtime.config_sources if HydraConfig.initialized() else []

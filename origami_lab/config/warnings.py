@@ -1,4 +1,4 @@
-"""What a person should know before the trials start, although nothing is wrong: one line each."""
+"""Remarks before the trials start, one line each, on things that are not wrong but good to know."""
 
 from __future__ import annotations
 

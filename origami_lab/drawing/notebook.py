@@ -38,7 +38,7 @@ def show(
     target: TargetSurface | str | os.PathLike[str] | None = None,
     height: int = HEIGHT,
 ) -> NotebookView:
-    """What to end a notebook's cell with to see a design, flat and folded, and to fold it.
+    """A view of a design for the end of a notebook's cell: flat and folded, and to be folded.
 
     Parameters
     ----------

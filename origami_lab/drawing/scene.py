@@ -1,4 +1,4 @@
-"""What is drawn: the target surface as a file gives it, and the colours."""
+"""Things to draw: the target surface as a file gives it, and the colours."""
 
 from __future__ import annotations
 

@@ -62,12 +62,12 @@ def viewer_page(
 
 
 def viewer_script() -> str:
-    """What all pages have in common: 600 kB, most of it three.js."""
+    """The common part of all pages: 600 kB, most of it three.js."""
     return _read("viewer.js")
 
 
 def _document(fold: FoldFile, target: TargetSurface | None, shown: FoldFrame) -> dict[str, Any]:
-    """What the page's script reads; its source says what it takes it for."""
+    """The data that the page's script reads; the script's source names each field."""
     states = [fold.flat, *fold.motion]
     known = all(frame.driving_angle is not None for frame in states)
     # without driving angles the states are counted
@@ -128,7 +128,7 @@ def _packed(target: TargetSurface) -> dict[str, str]:
 
 
 def _facts(fold: FoldFile) -> list[tuple[str, str]]:
-    """What stands at the top of the page."""
+    """The heading of the page."""
     value = fold.metadata.get("return")
     facts = []
     if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e9:

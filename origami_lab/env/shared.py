@@ -1,4 +1,4 @@
-"""What both forms of the environment are made of: a problem without an end, its episodes, the spaces."""
+"""The common parts of both forms of the environment: a problem without an end, its episodes, the spaces."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from origami_lab.search.rl_episodes import Episodes
 
 RENDER_MODES = ["rgb_array"]
 DEFAULT = ("target=pyramid",)
-"""What is played where nothing is asked for."""
+"""Settings of the game where nothing is asked for."""
 
 
 def make_episodes(
@@ -83,7 +83,7 @@ def action_space(game: Game) -> spaces.Discrete:
 
 
 def ending(episodes: Episodes, i: int) -> dict[str, Any]:
-    """What is known of an episode that has ended: its return, why it ended, the actions that lead to its sheet."""
+    """Facts of an episode that has ended: its return, why it ended, the actions that lead to its sheet."""
     game, states = episodes.problem.game, episodes.positions.states
     status = int(states["status"][i])
     return {

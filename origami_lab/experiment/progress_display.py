@@ -1,4 +1,4 @@
-"""What a person sees while the trials run: a live table in a terminal, plain lines in a log, or nothing."""
+"""Progress of the trials: a live table in a terminal, plain lines in a log, or nothing."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SHOWN = 12
 
 @dataclass
 class _Trial:
-    """What is known of one trial."""
+    """The state of one trial, as it is shown."""
 
     interactions: int = 0
     best: float | None = None

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 HURRIED_SECONDS = 3.0
 """How long the tracker may take when we are to leave at once."""
 LOST_TERMINAL = (OSError, SystemExit)
-"""What writing to a terminal that is gone raises; SystemExit is rich's answer to a broken pipe."""
+"""Errors of writing to a terminal that is gone; SystemExit is rich's answer to a broken pipe."""
 PACKAGES = ("numpy", "numba", "scipy", "trimesh", "hydra-core", "mlflow")
 
 
@@ -174,7 +174,7 @@ class _Unfailing:
 
 
 class _Record:
-    """What happened so far: on disk first, then with the tracker."""
+    """The record of the trials so far: on disk first, then with the tracker."""
 
     def __init__(
         self,
@@ -297,7 +297,7 @@ def summarise(
 
 
 def versions() -> dict[str, str]:
-    """What the results were computed with."""
+    """Versions that the results were computed with."""
     found = {"origami-lab": __version__, "python": platform.python_version()}
     for name in PACKAGES:
         try:

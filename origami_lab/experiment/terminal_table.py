@@ -72,7 +72,7 @@ def hint(rows: Iterable[TrialRow]) -> str | None:
 
 
 def certificate_lines(rows: Iterable[TrialRow]) -> list[str]:
-    """What the certificates say, for below the table: a line, and a warning if one refutes its design."""
+    """Lines on the certificates for below the table: the counts, and a warning if one refutes its design."""
     found = certificates(rows)
     if not found:
         return []

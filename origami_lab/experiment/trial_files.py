@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 MOTION_STEPS = 24
 """Folded states in motion.fold and motion.gif."""
 SPARE_BYTES = 2**20
-"""If this much more than what was written of a picture fits, it was not the disk that the picture failed for."""
+"""Free bytes that rule out a full disk as the cause of a picture that failed."""
 
 
 def write_files(

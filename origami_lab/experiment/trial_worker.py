@@ -41,7 +41,7 @@ class Failed:
     reason: str
     traceback: str
     folder_trouble: str = ""
-    """What kept it from writing its files, if that is what it failed for."""
+    """The folder's trouble, if the trial failed because its files could not be written."""
 
 
 def serve(orders: Orders, calls: Calls, settings: Settings, kernels: bool) -> None:

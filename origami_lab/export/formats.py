@@ -24,7 +24,7 @@ from origami_lab.game.crease_pattern import CreasePattern
 
 @dataclass(frozen=True)
 class Exported:
-    """What was written."""
+    """Files that were written."""
 
     files: tuple[Path, ...]
     driving_angle: float | None
@@ -35,7 +35,7 @@ class Exported:
 
 @dataclass(frozen=True)
 class _Order:
-    """What is to be written, with all choices checked."""
+    """One export with all choices checked."""
 
     source: Path | None
     fold: FoldFile
@@ -64,7 +64,7 @@ class Format:
     """One of the formats."""
 
     suffixes: tuple[str, ...]
-    """One file for each; a longer one, like ``.cut.svg``, only in names that are not given."""
+    """Endings of the files that are written; longer ones, like ``.cut.svg``, only where the user gives no name."""
     says: str
     write: Callable[[_Order, Path], None]
     takes: tuple[str, ...] = ()

@@ -37,7 +37,7 @@ def write_svg(fold: FoldFile, frame: FoldFrame, path: str | os.PathLike[str]) ->
 
 
 def svg_text(fold: FoldFile, frame: FoldFrame) -> str:
-    """What :func:`write_svg` writes."""
+    """The text of the file that :func:`write_svg` writes."""
     points, size = drawn(fold.vertices, max(CELL, APART / _nearest(fold.vertices)), MARGIN)
     lines = []
     for (u, v), letter, angle in zip(fold.edges, frame.assignments, frame.fold_angles, strict=True):

@@ -1,4 +1,4 @@
-"""What an agent sees of a state (paper, appendix A, PPO): the paper's tensor, and a compact equivalent.
+"""Observations of a state for an agent (paper, appendix A, PPO): the paper's tensor, and a compact equivalent.
 
 Both hold the crease graph as it stands: the vertices in order of appearance, their rigid body modes, the creases, which
 of them are driven and with what sign, and the vertex that is being extended with the children chosen for it so far.

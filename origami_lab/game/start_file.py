@@ -27,7 +27,7 @@ _OWN = "must be the actions.json of a trial, its folder, or a start pattern's fi
 
 @dataclass(frozen=True)
 class SavedPattern:
-    """What such a file says."""
+    """The contents of a start pattern's file."""
 
     first: str
     """``"square"`` or ``"crease"``."""

@@ -13,7 +13,7 @@ CHOOSE = "choose"
 
 
 class Start(Protocol):
-    """What a game asks of its start pattern."""
+    """A start pattern, as a game sees it."""
 
     @property
     def kind(self) -> int:

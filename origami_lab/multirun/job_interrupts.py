@@ -127,7 +127,7 @@ def marked(folder: Path) -> int:
 
 @contextmanager
 def following(folder: Path) -> Iterator[Interrupts]:
-    """In a job's process: interrupts for its run, to which those that only the command has heard are added."""
+    """Interrupts for the run of a job's process; signals that only the command has heard are added to its own."""
     interrupts, ended = Interrupts(), threading.Event()
 
     def follow() -> None:

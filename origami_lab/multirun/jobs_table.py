@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def _title(found: Sequence[JobResult], experiment: str) -> str:
-    """What all jobs have in common."""
+    """The title of the table: all that the jobs have in common."""
     names = ({getattr(outcome.job, kind) for outcome in found} for kind in ("task", "method"))
     common = [next(iter(values)) for values in names if len(values) == 1]
     return " · ".join([f"{len(found)} job{'' if len(found) == 1 else 's'}", *common, experiment])

@@ -19,7 +19,7 @@ LAUNCHER = "hydra/launcher"
 
 @dataclass(frozen=True)
 class Launcher:
-    """What runs the jobs elsewhere than in the command's own process: a package for Hydra."""
+    """A launcher: a package for Hydra that runs jobs elsewhere than in the command's own process."""
 
     package: str
     extra: str
@@ -58,7 +58,7 @@ LAUNCHERS = {
 
 
 def launcher_settings(overrides: Sequence[str]) -> tuple[str, ...]:
-    """What to put in front of a command's settings for the launcher that it names.
+    """Settings to put in front of a command's own for the launcher that it names.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def has_local_jobs(overrides: Sequence[str]) -> bool:
 
 
 def _value(overrides: Sequence[str], key: str) -> Any:
-    """What the command says for a key; None if nothing."""
+    """The value that the command gives for a key; None if none."""
     texts = [text for text in overrides if text.partition("=")[0].lstrip("+") == key]
     if not texts:
         return None

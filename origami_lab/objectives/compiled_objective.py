@@ -1,4 +1,4 @@
-"""What the paper's abstract objectives share (section 3.6.2): no target, one compiled kernel, compactness.
+"""The common part of the paper's abstract objectives (section 3.6.2): no target, one compiled kernel, compactness.
 
 Each is a class that hands its kernel and its numbers to :class:`CompiledObjective`. The kernel scores a state at every
 usable driving angle that it reaches, or bounds what its continuations can score there, and returns the best.
@@ -56,7 +56,7 @@ class CompiledObjective(ABC):
 
     @abstractmethod
     def numbers(self, game: Game) -> tuple[float, ...]:
-        """What the kernel is to know besides the compactness weight."""
+        """Numbers for the kernel besides the compactness weight."""
 
     def bind(self, game: Game) -> CompiledEvaluator:
         """The evaluator of this objective in a game."""

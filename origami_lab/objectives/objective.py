@@ -1,4 +1,4 @@
-"""What an objective is: a score for a folded sheet, and a bound on what any continuation of it can score.
+"""Objectives: a score for a folded sheet, and a bound on the scores of all its continuations.
 
 The simplest objective is any object with a method ``score(sheet)``; it gets a read-only
 :class:`~origami_lab.game.folded_sheet.FoldedSheet` and returns a number or a :class:`Score`. It may also have
@@ -124,7 +124,7 @@ def checked(score: Score, first: int, reach: int, name: str) -> Score:
 
 
 def number(value: Any, name: str, method: str) -> float:
-    """What an objective's method returned as a float; raises InputError if it is no number, or NaN."""
+    """The answer of an objective's method as a float; raises InputError if it is no number, or NaN."""
     dimensions = getattr(value, "ndim", 0)
     try:  # float() would take texts, and arrays of one number
         found = math.nan if isinstance(value, str | bytes) or dimensions else float(value)

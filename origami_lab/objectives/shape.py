@@ -126,7 +126,7 @@ class ShapeObjective:
 
 
 class _Yardstick(NamedTuple):
-    """What ``vertex`` or ``sampled`` measures with.
+    """The measure of ``vertex`` or ``sampled``.
 
     Attributes
     ----------

@@ -32,7 +32,7 @@ SIZE = 300
 """Pixels, the side of a picture."""
 MOTION_STEPS = 5
 ONLY_WITH_ALL_FILES = ("motion.fold",)
-"""What is read here and ``files=designs`` does not write."""
+"""Files that are read here and ``files=designs`` does not write."""
 _SAME = 1e-9
 """Returns that differ by less are equally good."""
 
@@ -138,7 +138,7 @@ def _read(trial: Trial, names: Iterable[str], notes: list[Note], without: str) -
 
 
 def _missing(trial: Trial, name: str) -> str:
-    """That a file is not there, and why if that was asked for."""
+    """The note that a file is not there, and why if that was asked for."""
     with suppress(InputError):
         if name in ONLY_WITH_ALL_FILES and RunFolder(trial.run).config().get("files") == "designs":
             return f"files=designs leaves out {name}"
@@ -209,6 +209,6 @@ def _frame(axes: Axes, best: bool) -> None:
 
 
 def _broken(label: str) -> str:
-    """What tells a name from others goes below it, in lines as wide as a picture."""
+    """A picture's heading: the name and, below it, the settings that tell it from others, in lines of its width."""
     name, bracket, rest = label.partition(" (")
     return "\n".join([name, *textwrap.wrap(f"({rest}", 24)]) if bracket else label

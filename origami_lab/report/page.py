@@ -29,7 +29,7 @@ GENERATOR = '<meta name="generator" content="origami-lab report">'
 
 @dataclass(frozen=True, eq=False)
 class Content:
-    """What goes on the page. Figures are SVG, by task."""
+    """The contents of the page; figures are SVG, by task."""
 
     runs: Sequence[Run]
     groups: Groups
@@ -103,7 +103,7 @@ def _with_own_notes(tables: Sequence[Table]) -> list[tuple[Table, list[str]]]:
 
 
 def _origin(column: Heading, motion: DrawnMotion) -> str:
-    """Whose design it is."""
+    """The origin of a design: task, searcher, seed and return."""
     value = number(motion.trial.value, 4)
     return f"{column.label}: {motion.row.label}, seed {motion.trial.seed}, return {value}"
 
@@ -133,7 +133,7 @@ def _run(run: Run, output: Path) -> dict[str, str]:
 
 
 def _versions(runs: Sequence[Run], output: Path) -> list[str]:
-    """What the runs were computed with, each set once."""
+    """Versions that the runs were computed with, each set once."""
     found: dict[str, list[str]] = {}
     for run in runs:
         text = ", ".join(f"{name} {version}" for name, version in run.versions.items()) or "versions not known"

@@ -31,7 +31,7 @@ OURS = {FIGURES: (".png", ".svg"), DESIGNS: (".html", ".svg", ".json", ".js")}
 
 @dataclass(frozen=True)
 class Report:
-    """What was written."""
+    """Files that were written."""
 
     output: Path
     runs: Sequence[Run]
@@ -111,7 +111,7 @@ def build_report(
 
 
 class _Files:
-    """What is to be written, by name."""
+    """Files to be written, by name."""
 
     def __init__(self) -> None:
         self.contents: dict[str, str | bytes] = {}

@@ -45,7 +45,7 @@ class Group:
 
     @property
     def counted(self) -> tuple[Trial, ...]:
-        """Those that ran to their end."""
+        """Trials that ran to their end."""
         return tuple(trial for trial in self.trials if trial.counts)
 
     def number(self, status: str) -> int:
@@ -141,7 +141,7 @@ def _differing(parts: Iterable[Mapping[str, Any]]) -> list[str]:
 
 
 def _sorting(key: str, part: Mapping[str, Any]) -> tuple[int, float, str]:
-    """What is not set comes first, then numbers by their size, then words."""
+    """The sorting key of a setting: not set comes first, then numbers by size, then words."""
     if key not in part:
         return (0, 0.0, "")
     value = part[key]
@@ -160,7 +160,7 @@ def _shown(key: str, part: Mapping[str, Any]) -> str:
 
 
 def _across_tasks(method: str, runs: Sequence[Run], order: Ordering) -> list[Note]:
-    """What a searcher's row mixes, in words; the budgets are in the tables' own notes."""
+    """Notes on the settings that a searcher's row mixes; the budgets are in the tables' own notes."""
     parts = [{k: v for k, v in run.settings.items() if k.startswith("search.")} for run in runs]
     differing = _differing(parts)
     tasks: dict[str, set[str]] = {}

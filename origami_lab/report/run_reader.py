@@ -1,4 +1,4 @@
-"""What is on disk: runs with their settings and trials. What cannot be read is left out and named in a note."""
+"""Runs on disk with their settings and trials; unreadable ones are left out and named in a note."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Note:
 
     text: str
     folders: tuple[Path, ...] = ()
-    """What it is about."""
+    """Folders that the note is about."""
 
     def shown(self, base: Path | None = None) -> str:
         """In one line, the folders as seen from ``base``, or as the user named them."""
@@ -98,12 +98,12 @@ class Run:
 
     @property
     def search(self) -> Part:
-        """What makes the searcher: its own numbers and the budget."""
+        """Settings of the searcher: its own numbers and the budget."""
         return tuple((key, value) for key, value in sorted(self.settings.items()) if _is_searcher_s(key))
 
     @property
     def game(self) -> Part:
-        """What makes the task: all else."""
+        """Settings of the task: all but the searcher's."""
         return tuple((key, value) for key, value in sorted(self.settings.items()) if not _is_searcher_s(key))
 
     @property
@@ -118,7 +118,7 @@ class Run:
 
     @property
     def versions(self) -> Mapping[str, str]:
-        """What it was computed with, as far as its summary says."""
+        """Versions that the run was computed with, as far as its summary says."""
         found = self.summary.get("versions")
         return found if isinstance(found, dict) else {}
 

@@ -65,7 +65,7 @@ def _row(cells: Sequence[str]) -> str:
 
 
 def _plain(text: str) -> str:
-    """What a name holds is not markup."""
+    """A name as plain text: nothing in it is markup."""
     for character in "\\|*_<`":
         text = text.replace(character, f"\\{character}")
     return text

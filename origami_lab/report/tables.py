@@ -36,7 +36,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class Table:
-    """What one table says; how it is written is up to :mod:`origami_lab.report.table_formats`."""
+    """One table, before it is written by :mod:`origami_lab.report.table_formats`."""
 
     name: str
     """``returns``, ``returns_surface`` …, ``interactions``"""
@@ -124,7 +124,7 @@ def _with_known_rows(
 
 
 def _places_beside(groups: Groups, rows: Iterable[Heading], columns: Iterable[Heading]) -> set[Place]:
-    """Where known values stand: tasks of the usual settings, in each searcher's usual row.
+    """The cells beside which known values stand: tasks of the usual settings, in each searcher's usual row.
 
     On a task that this row has not run, and one other row of the same searcher and budget has, that one is the usual.
     """
@@ -141,7 +141,7 @@ def _places_beside(groups: Groups, rows: Iterable[Heading], columns: Iterable[He
 
 
 def _notes(groups: Groups, columns: Iterable[Heading], kind: str) -> list[str]:
-    """What a reader must know to compare the cells."""
+    """Notes that a reader needs to compare the cells."""
     counted = "in parentheses the number of trials"
     bold = "; the best of each column is bold" if kind == "returns" else ""
     notes = [f"Mean ± sample standard deviation, {counted}{bold}; {MISSING} was not run or has no trial that counts."]

@@ -59,12 +59,12 @@ class PlannedJob:
 
     @property
     def own(self) -> tuple[str, ...]:
-        """What differs beside task and searcher, in short."""
+        """The settings beside task and searcher that differ, in short."""
         return tuple(text for key, text in short(self.varied).items() if key not in ("target", "objective", "search"))
 
     @property
     def name(self) -> str:
-        """What differs, task and searcher, for people: first what a narrow column must not cut."""
+        """A job's name for people: settings that differ, task and searcher; a narrow column must not cut its beginning."""
         return " · ".join([*self.own, self.task, self.method])
 
     @property
@@ -74,7 +74,7 @@ class PlannedJob:
 
     @property
     def as_it_is(self) -> PlannedJob:
-        """With the seeds that it holds, where the last command asked for some of them: another job may have these."""
+        """The job with all seeds that its folder holds, though the last command asked for some of them only."""
         if self.seeds is None:
             return self
         typed = (f"seed={self.seeds}" if _split(text)[0] == "seed" else text for text in self.overrides)
@@ -82,7 +82,7 @@ class PlannedJob:
 
     @property
     def differs(self) -> str:
-        """What differs, as it is typed."""
+        """The settings that differ, as they are typed."""
         return " ".join(f"{key}={value}" for key, value in self.varied.items())
 
 
@@ -149,7 +149,7 @@ class Index:
 
 @dataclass(frozen=True)
 class JobResult:
-    """What a job has left on disk."""
+    """The result of a job, as it is on disk."""
 
     job: PlannedJob
     begun: bool
@@ -201,7 +201,7 @@ def membership(run: Path) -> tuple[Index, PlannedJob] | None:
 
 
 def outcomes(folder: Path, index: Index) -> list[JobResult]:
-    """What all jobs have left, in the order of the index."""
+    """The results of all jobs, in the order of the index."""
     return [_outcome(folder / job.folder, job) for job in index.jobs]
 
 
@@ -225,7 +225,7 @@ def table_text(found: Sequence[JobResult]) -> str:
 
 
 def short(varied: Mapping[str, str]) -> dict[str, str]:
-    """What differs by key, without what goes without saying: ``rdm``, ``population=10``."""
+    """The settings that differ, by key, as short words: ``rdm``, ``population=10``."""
     last = [key.rpartition(".")[2] for key in varied]
     shown = {}
     for key, value in varied.items():
@@ -269,7 +269,7 @@ def _varied(jobs: Sequence[Sequence[str]]) -> set[str]:
 
 
 def _identity(overrides: Iterable[str], telling: set[str], seeds: Sequence[int]) -> frozenset[tuple[str, str]]:
-    """What makes a job: what may not change, and the keys in which jobs differ. Seeds count as such, not as typed."""
+    """The identity of a job: settings that may not change, and keys in which jobs differ; seeds as numbers."""
     values = dict(map(_split, overrides))
     if seeds:
         values["seed"] = str(format_seeds(sorted(seeds)))

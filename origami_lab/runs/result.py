@@ -1,4 +1,4 @@
-"""What a run found, read from its folder: a table of trials and the designs as objects."""
+"""The result of a run, read from its folder: a table of trials and the designs as objects."""
 
 from __future__ import annotations
 

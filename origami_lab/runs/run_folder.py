@@ -354,7 +354,7 @@ def _start_in(content: bytes) -> Any:
 
 
 def read_note(folder: Path) -> dict[str, Any]:
-    """What tracking.json says of a run folder: its ``key``, and the ``uri`` of its store; {} if there is none."""
+    """The contents of tracking.json: the ``key`` of a run folder and the ``uri`` of its store; {} if there is none."""
     try:
         content = json.loads((folder / TRACKING).read_text(encoding="utf-8"))
     except (OSError, ValueError):

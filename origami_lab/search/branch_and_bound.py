@@ -125,7 +125,7 @@ class _Tree:
         return Positions(self.states, self.memos[depth : depth + 1])
 
     def _trim_path(self, depth: int) -> int:
-        """After a design was refused for its dense motion: bound the nodes that led to it by theirs.
+        """Bound the nodes that led to a design whose dense motion was refused.
 
         Without this the search would go on completing the same colliding motion in a thousand ways. Returns the depth
         of the deepest node that still has a promise; the board is there.

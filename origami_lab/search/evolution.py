@@ -117,7 +117,7 @@ class Tournament:
         """Returns of the last generation's better action sequences, so that those played again are not scored again."""
 
     def evaluate(self, agents: Values) -> Values:
-        """What each agent achieves; −inf where that is not enough to become a parent, whatever it is."""
+        """The return of each agent; −inf where it cannot be enough to become a parent."""
         problem = self.problem
         returns = np.full(len(agents), -math.inf)
         seen: set[bytes] = set()

@@ -22,7 +22,7 @@ from origami_lab.search.rl_episodes import Episodes
 
 NEEDED = ("gymnasium", "sb3_contrib", "stable_baselines3", "torch")
 MOST_BYTES = 2**31
-"""What the learner may take for the first layers and one batch of observations."""
+"""Most bytes that the learner may take for the first layers and one batch of observations."""
 
 
 _WIDTHS = "must be a list of widths from 1 to 100000, such as [256,256]"

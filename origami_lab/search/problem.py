@@ -39,7 +39,7 @@ class Improvement:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a search found."""
+    """The result of a search."""
 
     value: float
     """The best return; −inf if no episode succeeded."""
@@ -216,7 +216,7 @@ class Problem:
                 return False
 
     def bound(self, positions: Positions, i: int) -> float:
-        """What no continuation can exceed; any value not above the best return if that is so."""
+        """A bound that no continuation can exceed; any value not above the best return where none can."""
         return self.evaluator.bound(positions.states, positions.memos, i, self.best_value)
 
     def finish(self, positions: Positions, i: int, *, above: float | None = None) -> float:

@@ -33,7 +33,7 @@ class Difference:
 
     @property
     def verdict(self) -> str:
-        """What it says, in a word."""
+        """The outcome of the test in a word."""
         if self.p >= 1 - CONFIDENCE:
             return "no significant difference"
         return "significantly better" if self.mean > 0 else "significantly worse"
@@ -65,7 +65,7 @@ def _of_means(left: NDArray[np.float64], right: NDArray[np.float64], axis: int =
 
 
 def compare(returns: Mapping[str, Sequence[float]]) -> dict[str, Any]:
-    """What the summary says of the settings compared.
+    """The entry of the summary for the settings compared.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ def history(record: Mapping[str, Any]) -> Figure:
 
 
 def importance(found: Mapping[str, float], note: str) -> Figure:
-    """What part of the returns' variance each parameter explains."""
+    """A plot of the share of the returns' variance that each parameter explains."""
     names = sorted(found, key=lambda name: found[name])
     figure = new_figure(6.4, 1.0 + 0.34 * max(len(names), 1))
     axes = figure.add_subplot()
@@ -132,7 +132,7 @@ def _scale(axes: Axes, parameter: Parameter) -> None:
 
 
 def _legend(figure: Figure, axes: Axes) -> None:
-    """What the marks mean, above everything."""
+    """The legend of the marks, above everything."""
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper left", ncols=len(labels), frameon=False, fontsize=8)
 

@@ -34,8 +34,10 @@ EXPECTED = "must be a journal file like FILE.journal, or a database like postgre
 FIXED, KEY = "fixed", "key"
 """Attributes of a study: the part of its declaration that cannot change, and what its MLflow runs bear."""
 ATTEMPTS = 5
+"""Times that a storage with trouble is asked before the trouble is told."""
+"""Times that opening a storage is tried before its trouble is told."""
 TROUBLE = (StorageInternalError, SQLAlchemyError, OSError)
-"""What a storage raises that cannot be used now."""
+"""Errors of a storage that cannot be used now."""
 
 
 class StorageError(Exception):
@@ -141,7 +143,7 @@ def known_study(declaration: Declaration) -> str | None:
 
 
 def explain(error: Exception, shown: str) -> str:
-    """What is wrong with a storage, in one line."""
+    """The trouble of a storage, in one line."""
     cause = error.__cause__ or error
     lines = [line for line in str(cause).splitlines() if line.strip()] or [type(cause).__name__]
     return f"the storage {shown} {cause_of(str(cause), shown) or 'failed: ' + lines[0][:300]}"

@@ -53,7 +53,7 @@ class Job(ABC):
 
     @abstractmethod
     def fixed(self) -> dict[str, Any]:
-        """What may not change while it goes on."""
+        """Parts of the declaration that may not change while the study goes on."""
 
     @abstractmethod
     def begin(self, held: HeldTrial) -> tuple[Trial, list[str]]:
@@ -69,7 +69,7 @@ class Job(ABC):
         """The run folder of a slot."""
 
     def why_pruned(self, held: HeldTrial, step: int) -> str:
-        """What the pruner went by, in words; nothing where there is none."""
+        """The pruner's reason, in words; empty where there is no pruner."""
         return ""
 
     @cached_property
@@ -166,7 +166,7 @@ class HeldOutJob(Job):
 
 
 def _known(slot: Slot, held: HeldTrial) -> FrozenTrial | None:
-    """What a sampler may learn from a slot; running trials tell it where not to look, too."""
+    """The trial of a slot that a sampler may learn from; running trials tell it where not to look."""
     trial = slot.trial
     if trial is None or slot.number == held.number or not trial.params:
         return None

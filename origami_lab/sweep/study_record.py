@@ -22,7 +22,7 @@ TABLE, RECORD = "trials.csv", "study.json"
 
 
 def record_of(declaration: Declaration, key: str, slots: Sequence[Slot]) -> dict[str, Any]:
-    """What is known of a study: its declaration, and each trial that has ended."""
+    """The record of a study: its declaration, and each trial that has ended."""
     best = best_slot(slots)
     return {
         "study": declaration.study,

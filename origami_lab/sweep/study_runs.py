@@ -39,7 +39,7 @@ class StudyRuns(MlflowLog):
         return read_note(folder).get("uri")
 
     def _take_up_key(self, keep: bool) -> str:
-        """That of the study: it is the same on all machines, and in the note is the store of its own command."""
+        """The key of the study, the same on all machines."""
         return str(self.record["key"])
 
     def _experiment_name(self) -> str:

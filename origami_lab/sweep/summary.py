@@ -1,4 +1,4 @@
-"""What a sweep leaves when it has ended: the best configuration, plots, the comparison, and a summary of all that."""
+"""Files of a sweep that has ended: the best configuration, plots, the comparison, and a summary."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ FEWEST_FOR_IMPORTANCE = 4
 
 @dataclass(frozen=True)
 class SweepSummary:
-    """What has been found when a sweep has ended."""
+    """The findings of a sweep that has ended."""
 
     declaration: Declaration
     study: optuna.Study
@@ -121,7 +121,7 @@ class SweepSummary:
         return head + OmegaConf.to_yaml(OmegaConf.create(dict(settings.config)))
 
     def _command(self, overrides: Sequence[str], seeds: Sequence[int]) -> str:
-        """What plays some settings with some seeds."""
+        """The command that plays some settings with some seeds."""
         own = self.declaration.config_dir
         parts = [] if own is None else ["--config-dir", str(own)]
         return shlex.join(["origami-lab", *parts, *overrides, f"seed={_written(seeds)}"])

@@ -1,4 +1,4 @@
-"""What a sweep's YAML file declares: the task, the space that is searched, how trials are chosen and judged."""
+"""A sweep's declaration in YAML: the task, the space that is searched, how trials are chosen and judged."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class Pruner:
 
 @dataclass(frozen=True)
 class HeldOut:
-    """What the best is compared on: seeds that no trial played."""
+    """The held-out comparison of the best, on seeds that no trial played."""
 
     seeds: Annotated[tuple[int, ...], Seeds()] = parse_seeds("1000..1019")
     budget: Annotated[int, Whole(1, 10**12)] = 0
@@ -133,7 +133,7 @@ class Declaration:
 
     @cached_property
     def fixed(self) -> dict[str, Any]:
-        """What cannot change while a study goes on: all that decides what a trial finds and which are played."""
+        """Settings that cannot change while a study goes on: all that decides what is played, and what that finds."""
         return {
             "task": list(self.task),
             "searcher": self.searcher,
@@ -235,7 +235,7 @@ def _trials(found: Declaration, all_points: bool) -> int:
 
 
 def _held_out(found: Declaration, values: Node) -> HeldOut:
-    """What the best is compared on, once the seeds of trials and their budget are known."""
+    """The held-out comparison, once the seeds of trials and their budget are known."""
     held_out = found.held_out
     written = (values.get("held_out") or {}).get("seeds", format_seeds(held_out.seeds))
     both = sorted(set(held_out.seeds) & set(found.seeds))

@@ -1,4 +1,4 @@
-"""What a person sees of a sweep: a line that moves in a terminal, a line a trial in a log, or nothing."""
+"""Progress of a sweep: a line that moves in a terminal, a line a trial in a log, or nothing."""
 
 from __future__ import annotations
 

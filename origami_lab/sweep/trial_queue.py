@@ -217,7 +217,7 @@ class HeldTrial:
         return Trial(self.queue.study, self.trial_id)
 
     def frozen(self) -> FrozenTrial:
-        """What the storage has of the trial."""
+        """The trial as the storage has it."""
         return self.queue._storage.get_trial(self.trial_id)
 
     def end(self, state: TrialState, value: float) -> None:

@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 SINGLE = 2.0**-23
 """A unit in the last place of a float32, relative: most programs compute with it, whatever they write."""
 DOUBLE = 2.0**-48
-"""What a calculation in doubles may have left, relative."""
+"""Relative error that a calculation in doubles may have left."""
 MOST_DIGITS = 6
 """Significant digits beyond which float32 is the coarser one."""
 CHANCE = 1

@@ -214,7 +214,7 @@ class _Part(NamedTuple):
 
 
 def _polygons(path: Path, kind: str, data: bytes, max_faces: int) -> list[_Part]:
-    """What a file holds whose faces may be polygons."""
+    """The contents of a file whose faces may be polygons."""
     polygons = READERS[kind](data)
     _check_count(path, polygons.triangle_count, max_faces)
     if not polygons.exist:

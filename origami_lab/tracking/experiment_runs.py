@@ -83,7 +83,7 @@ class ExperimentRuns(MlflowLog):
 
     @property
     def settings(self) -> Settings:
-        """Those of the run; they are checked again only when config.yaml has changed."""
+        """The settings of the run; they are checked again only when config.yaml has changed."""
         try:
             file = (self.folder / CONFIG).stat()
             state = (file.st_mtime_ns, file.st_size, file.st_ino)

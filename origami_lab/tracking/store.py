@@ -93,7 +93,7 @@ def absolute_uri(uri: str) -> str:
 
 
 def shown(uri: str) -> str:
-    """What to call a store in a message; without passwords."""
+    """The name of a store in messages, without passwords."""
     if (file := sqlite_file(uri)) is not None:
         inside = file.is_relative_to(Path.cwd())
         return f"the store {file.relative_to(Path.cwd()) if inside else file}"
@@ -101,7 +101,7 @@ def shown(uri: str) -> str:
 
 
 def how_to_look(uri: str) -> str:
-    """What opens a store: a command, or the address of a server."""
+    """The way to look at a store: a command, or the address of a server."""
     if uri.startswith(SERVERS):
         return without_password(uri)
     return "origami-lab dashboard" if uri == default_uri() else f"origami-lab dashboard --uri {shlex.quote(uri)}"
@@ -178,7 +178,7 @@ def explain(error: Exception, uri: str) -> str:
 
 
 def cause_of(text: str, uri: str) -> str | None:
-    """What a text of MLflow's, SQLAlchemy's or the system's means; None if it is none of the common causes."""
+    """The common cause that a text of MLflow's, SQLAlchemy's or the system's stands for; None if there is none."""
     for pattern, meaning in CAUSES:
         if re.search(pattern, text, re.IGNORECASE):
             if "another version" in meaning:
@@ -246,7 +246,7 @@ def runs_with_tag(client: MlflowClient, experiment: str, tag: str, value: str) -
 
 @contextmanager
 def in_plain_words(uri: str) -> Iterator[None]:
-    """What is wrong with the store, and not with what is written to it, becomes a StoreError."""
+    """A context in which the store's own trouble becomes a StoreError; that of the things written does not."""
     try:
         yield
     except StoreError:

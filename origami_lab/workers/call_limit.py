@@ -14,7 +14,7 @@ from multiprocessing.context import SpawnContext
 from typing import Any
 
 LONGEST_STEP = 1.0
-"""Seconds between two looks that count: if there are more, the parent itself did not run."""
+"""Most seconds that count between two looks; in a longer gap the parent itself did not run."""
 
 
 class CallLimit:
@@ -28,7 +28,7 @@ class CallLimit:
 
     def __init__(self, context: SpawnContext, seconds: float | None) -> None:
         self.number: Any = context.RawValue(c_uint64, 0)
-        """What the worker is given: the number of the call it is in, 0 if it is in none."""
+        """Shared memory for the worker: the number of the call it is in, 0 if it is in none."""
         self.seconds = seconds
         self._seen, self._lasted, self._looked = 0, 0.0, time.monotonic()
 

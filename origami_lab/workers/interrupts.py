@@ -1,4 +1,4 @@
-"""Ctrl-C and the signals that batch systems and closed terminals send, as something that can be asked for."""
+"""Interrupts: Ctrl-C and the signals of batch systems and closed terminals, counted so that a run can ask for them."""
 
 from __future__ import annotations
 

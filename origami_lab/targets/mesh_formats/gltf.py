@@ -1,4 +1,4 @@
-"""What is found out of a glTF file before it is read: what the reader would trip over, or pass over in silence."""
+"""Checks of a glTF file before it is read: things that the reader would trip over, or pass over in silence."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ class _Element(NamedTuple):
 
     @property
     def least_bytes(self) -> int:
-        """What one of them takes at least."""
+        """Fewest bytes that one element takes."""
         return sum(struct.calcsize("<" + (p.count_code or p.code)) for p in self.properties)
 
 
