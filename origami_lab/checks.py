@@ -13,7 +13,7 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from types import NoneType
-from typing import TYPE_CHECKING, Annotated, Any, ParamSpec, TypeVar, cast, get_args
+from typing import TYPE_CHECKING, Annotated, Any, ParamSpec, TypeVar, cast, get_args, get_type_hints
 
 from origami_lab.errors import InputError
 from origami_lab.files import expanded
@@ -311,6 +311,24 @@ def checked_arguments(prefix: str) -> Callable[[Callable[P, None]], Callable[P, 
         return checked
 
     return decorate
+
+
+def check_fields(instance: object, prefix: str) -> None:
+    """Check the fields of a dataclass by the kinds in their annotations, in its ``__post_init__``.
+
+    Raises
+    ------
+    InputError
+        For the first wrong one, named by ``prefix`` and the field.
+    """
+    from pydantic import ValidationError
+
+    for name, kind in get_type_hints(type(instance), include_extras=True).items():
+        try:
+            value = _adapter(kind, None).validate_python(getattr(instance, name))
+        except ValidationError as error:
+            raise _input_error(error, f"{prefix}.{name}") from None
+        object.__setattr__(instance, name, value)
 
 
 def _input_error(error: ValidationError, prefix: str, keys: Mapping[str, str] | None = None) -> InputError:

@@ -48,11 +48,29 @@ def build_parts(settings: Settings) -> Parts:
         If a class cannot be imported, does not take the arguments, refuses their values, or is not what its place
         wants; whatever is raised on the way is said in one line with its file and line.
     """
+    game = build_game(settings)
+    made = _make_all(settings, "target", "objective", "search")
+    _let_refuse(settings.search["_target_"], made["search"], game)
+    return Parts(game, made["target"], made["objective"], made["search"])
+
+
+def build_game(settings: Settings) -> Game:
+    """The game alone; raises InputError as :func:`build_parts` does."""
     from origami_lab.game.game import Game  # here: it compiles or loads kernels
 
-    nodes = {"target": settings.target, "objective": settings.objective, "search": settings.search}
+    return Game(start=_make("start", settings.start), **vars(settings.game))
+
+
+def build_objective(settings: Settings) -> tuple[Target | None, Any]:
+    """The target, if there is one, and the objective alone; raises InputError as :func:`build_parts` does."""
+    made = _make_all(settings, "target", "objective")
+    return made["target"], made["objective"]
+
+
+def _make_all(settings: Settings, *fields: str) -> dict[str, Any]:
+    """The parts that the settings name, by field, made and then checked."""
+    nodes = {field: getattr(settings, field) for field in fields}
     made: dict[str, Any] = {}
-    game = Game(start=_make("start", settings.start), **vars(settings.game))
     try:
         for field, node in nodes.items():
             wants_target = field == "objective" and "target" in settings.config["objective"]
@@ -62,8 +80,7 @@ def build_parts(settings: Settings) -> Parts:
         for field, part in made.items():
             if (node := nodes[field]) is not None:
                 _CHECKS[field](node["_target_"], part)
-    _let_refuse(settings.search["_target_"], made["search"], game)
-    return Parts(game, made["target"], made["objective"], made["search"])
+    return made
 
 
 def _let_refuse(name: str, searcher: Any, game: Game) -> None:

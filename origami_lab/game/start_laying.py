@@ -13,9 +13,11 @@ import numpy as np
 
 from origami_lab.errors import InputError
 from origami_lab.game.folded_sheet import FoldedSheet
-from origami_lab.game.kernels.play import clear_state, copy_to, legal_of, replay_unchecked, step
+from origami_lab.game.kernels.play import clear_state, legal_of, replay_unchecked, step
 from origami_lab.game.kernels.state import FULL, NOT_FOLDABLE, States
+from origami_lab.game.kernels.undo import note_dtype
 from origami_lab.game.move_codec import encode
+from origami_lab.game.move_table import ACTIONS, EXTEND, lay_rest, table_of
 from origami_lab.game.moves import Extend, Move, Place, Point, Source
 from origami_lab.game.rules import Rules
 from origami_lab.geometry.groups import SymmetryGroup
@@ -106,29 +108,13 @@ def cut_off(rules: Rules, moves: Sequence[Move], remove: Iterable[Point]) -> tup
             expected = "has never been extended" if point in flat else "is not a vertex of the start pattern"
             raise InputError("start.remove", list(point), f"{expected}: must be an extended vertex")
         wanted.add(_orbit(group, point))
-    states, before = empty_board(rules), empty_board(rules)
-    exempt = rules.for_start_pattern(shortest_motion=True)
-    kept: list[Move] = []
-    loose: set[Point] = set()
-    for move in moves:
-        leaf = _orbit(group, move.leaf) if isinstance(move, Extend | Source) else None
-        goes = leaf in loose or (isinstance(move, Extend) and leaf in wanted)
-        if not goes:
-            copy_to(before, 0, states, 0)
-            try:
-                play_move(exempt, move, states)
-                goes = int(states["status"][0]) == NOT_FOLDABLE
-            except ValueError:
-                goes = True
-            if goes:
-                copy_to(states, 0, before, 0)
-        if not goes:
-            kept.append(move)
-        elif isinstance(move, Extend):
-            loose |= {_orbit(group, point) for point in (move.a, move.b, move.c)}
-        elif leaf is not None:
-            loose.add(leaf)
-    return tuple(kept)
+    table, points = table_of(whole, rules.record, empty_board(rules))
+    goes = np.array([_orbit(group, (int(x), int(y))) in wanted for x, y in points[table["leaf"]]], dtype=np.int8)
+    goes[table["kind"] != EXTEND] = 0
+    kept, notes = np.zeros(len(table), dtype=np.int8), np.empty(ACTIONS, dtype=note_dtype(len(rules.angles)))
+    exempt = rules.for_start_pattern(shortest_motion=True).record
+    lay_rest(empty_board(rules), 0, exempt, table, points, goes, notes, kept)
+    return tuple(move for move, keeps in zip(moves, kept, strict=True) if keeps)
 
 
 def largest_angle(rules: Rules, states: States) -> float:

@@ -43,7 +43,10 @@ class Evaluator(Protocol):
     the true value is not above it either.
 
     An attribute ``compiled_bound``, if there is one and it is a :class:`~.shape_kernels.Surface`, lets
-    compiled searches bound positions themselves; :meth:`bound` must then give the same. A method
+    compiled searches bound positions themselves; :meth:`bound` must then give the same. With it may go an attribute
+    ``compiled_cover``, the samples of the target that the sheet is to cover: a tree
+    (:class:`~origami_lab.geometry.bvh.Bvh`) over triangles without area. It guides searches that grow designs; another,
+    ``panels_bound``, says whether points inside panels stray as vertices do. A method
     ``exact_value(states, memos, i)``, if there is one, gives the value of :meth:`score` with no ``above``, sooner as
     no angle is asked for, and leaves the memos as they are.
     """

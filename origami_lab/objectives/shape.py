@@ -37,6 +37,7 @@ from origami_lab.objectives.shape_kernels import (
     stray_at,
     stray_of,
     uncovered,
+    uncovered_of,
     vertex_distance,
 )
 from origami_lab.targets.target import Direction, Target
@@ -149,7 +150,8 @@ class ShapeEvaluator:
     def __init__(self, objective: ShapeObjective, game: Game) -> None:
         self._objective, self._game, self._rules = objective, game, game.rules.record
         self._yardstick = self._made_yardstick("sampled" if objective.distance == "sampled" else "vertex")
-        self.compiled_bound = self._yardstick.target
+        self.compiled_bound, self.compiled_cover = self._yardstick.target, self._yardstick.cover
+        self.panels_bound = objective.distance == "surface"
         self._dtype = memo_dtype(len(game.angles))
         self._first = game.first_angle
         self._hint = np.zeros(1, dtype=np.int64)
@@ -202,8 +204,14 @@ class ShapeEvaluator:
         reach = int(states["reach"][i])
         if int(states["n_triangles"][i]) == 0:
             return NO_SCORE
+        _, cover, draws = self._yardstick
         for k in sorted(range(self._first, reach), key=lambda k: float(at_least[k])):
             if at_least[k] < best:
+                # samples that are not covered tell sooner than surfaces that it is no better
+                limit = best - float(penalty[k])
+                line = states, i, self._rules, k, cover, draws
+                if limit < math.inf and uncovered_of(*line, float(stray[k]), limit, self._hint) >= limit:
+                    continue
                 value = self.measure(states, i, k, self._objective.distance) + float(penalty[k])
                 if value < best:
                     best, angle = value, k

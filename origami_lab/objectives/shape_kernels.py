@@ -237,6 +237,22 @@ def uncovered_at(
 
 
 @kernel
+def uncovered_of(
+    states: States,
+    i: int,
+    rules: States,
+    k: int,
+    samples: Bvh,
+    draws: Array,
+    start: float,
+    enough: float,
+    hint: NDArray[np.int64],
+) -> float:
+    """:func:`uncovered_at` of one of several states."""
+    return uncovered_at(states[i], rules[0], k, samples, draws, start, enough, hint)
+
+
+@kernel
 def vertex_distance(
     states: States,
     i: int,

@@ -64,7 +64,7 @@ class PlannedJob:
 
     @property
     def name(self) -> str:
-        """A job's name for people: settings that differ, task and searcher; a narrow column must not cut its beginning."""
+        """A job's name for people: settings that differ, task and searcher; a narrow column keeps its beginning."""
         return " · ".join([*self.own, self.task, self.method])
 
     @property

@@ -248,6 +248,10 @@ class RunFolder:
         except OSError as error:
             raise FolderError(error) from error
 
+    def check_target(self, target: Target) -> None:
+        """Raise InputError if the target is not the one that the run was started with."""
+        self._check_kept(TARGET, ply_bytes(target.vertices, target.faces))
+
     def _check_kept(self, name: str, content: bytes) -> None:
         """Raise InputError if a file of the run's beginning, when it is there, means something else."""
         file = self.path / name

@@ -3,6 +3,7 @@
 from .branch_and_bound import BreadthFirstSearch, DepthFirstSearch
 from .evolution import EvolutionarySearch
 from .mcts import MonteCarloTreeSearch
+from .neighbourhood.search import NeighbourhoodSearch
 from .ppo import ProximalPolicyOptimization
 from .problem import Improvement, Outcome, Positions, Problem, SearchEnded, Searcher
 from .random_search import RandomSearch
@@ -17,6 +18,7 @@ __all__ = [
     "EvolutionarySearch",
     "Improvement",
     "MonteCarloTreeSearch",
+    "NeighbourhoodSearch",
     "Outcome",
     "Positions",
     "Problem",

@@ -7,11 +7,12 @@ one interaction each, then goes into the best of them and backs up to the second
 
 from __future__ import annotations
 
+import math
 from typing import Annotated
 
 import numpy as np
 
-from origami_lab.checks import Whole, checked_arguments
+from origami_lab.checks import Flag, Number, Whole, checked_arguments
 from origami_lab.game.kernels.undo import note_dtype, step_back, step_noted
 from origami_lab.search.branch_and_bound_kernel import (
     CONTINUE,
@@ -45,18 +46,29 @@ class TreeSearch:
         Searches that share the budget, fewer where they would be shorter than 100 interactions; a tree that is
         exhausted early starts anew, too. The paper's number is 10; 200 shorter searches lose less to a bad first
         decision (docs/how-it-works.md has the comparison).
+    aspiration
+        A distance to be reached, in the objective's unit: branches whose bound is not above its negative are left from
+        the beginning. None for the best return so far alone.
+    inside_moves
+        Whether the places of outer children bound a move before it is complete. It says nothing of objectives other
+        than target shapes.
     """
 
     best_first: bool
 
     @checked_arguments("search")
     def __init__(
-        self, children: Annotated[int, Whole(1, 10**9)] = 10, restarts: Annotated[int, Whole(1, 10**9)] = 200
+        self,
+        children: Annotated[int, Whole(1, 10**9)] = 10,
+        restarts: Annotated[int, Whole(1, 10**9)] = 200,
+        aspiration: Annotated[float | None, Number(-1e9, 1e9)] = None,
+        inside_moves: Annotated[bool, Flag()] = False,
     ) -> None:
         self.children, self.restarts = children, restarts
+        self.aspiration, self.inside_moves = aspiration, inside_moves
 
     def search(self, problem: Problem, rng: np.random.Generator) -> None:
-        tree = _Tree(problem, Draws(rng), min(self.children, problem.game.rules.max_legal), self.best_first)
+        tree = _Tree(problem, Draws(rng), self)
         share = max(-(-problem.budget // self.restarts), _SHORTEST)
         while not problem.done:
             tree.search(problem.interactions + share)
@@ -77,9 +89,12 @@ class BreadthFirstSearch(TreeSearch):
 class _Tree:
     """A tree being searched: one state, the path to it, and the nodes on that path."""
 
-    def __init__(self, problem: Problem, draws: Draws, children: int, best_first: bool) -> None:
+    def __init__(self, problem: Problem, draws: Draws, settings: TreeSearch) -> None:
         game, evaluator = problem.game, problem.evaluator
-        self.problem, self.draws, self.best_first = problem, draws, best_first
+        self.problem, self.draws, self.best_first = problem, draws, settings.best_first
+        self.inside_moves, children = settings.inside_moves, min(settings.children, game.rules.max_legal)
+        self.floor = -math.inf if settings.aspiration is None else -settings.aspiration
+        """Bounds must be above this, too."""
         self.states = game.new_states(1)
         self.target = getattr(evaluator, "compiled_bound", None)
         self.legal = np.empty(game.rules.max_legal, dtype=np.int32)
@@ -100,10 +115,11 @@ class _Tree:
                 self._grow()
             draws.reserve(self.children.shape[1])
             line = self.states, problem.game.rules.record, self.notes, self.memos, self.legal
-            tree = self.counters, self.children, self.bounds, self.best_first, self.target
+            tree = self.counters, self.children, self.bounds, self.best_first
             limit = min(until, problem.budget, problem.interactions + _PACE) - problem.interactions
+            bounding = self.target, self.inside_moves
             why, depth, used, played = walk(
-                *line, *tree, draws.block, draws.used, depth, how, given, problem.best_value, limit
+                *line, *tree, *bounding, draws.block, draws.used, depth, how, given, self.best, limit
             )
             draws.used = used
             problem.spend(played)
@@ -119,6 +135,11 @@ class _Tree:
                 if problem.rejected > rejected:
                     step_back(self.states, 0, self.notes, depth)
                     how, depth = CONTINUE, self._trim_path(depth)
+
+    @property
+    def best(self) -> float:
+        """What a bound must be above."""
+        return max(self.problem.best_value, self.floor)
 
     def _position(self, depth: int) -> Positions:
         """The position on the board, which is at this depth."""
@@ -145,7 +166,7 @@ class _Tree:
         # forward again, with the shorter reach
         if len(reach) > depth:
             reach.pop()
-        while reach and self.bounds[top + 1, -1] > problem.best_value:
+        while reach and self.bounds[top + 1, -1] > self.best:
             step_noted(states, 0, problem.game.rules.record, int(actions[top]), self.notes, top, self.legal)
             top += 1
             states["reach"][0] = reach.pop()

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.game.kernels.play import settle
-from origami_lab.game.kernels.state import SELECTION, States
+from origami_lab.game.kernels.state import FIRST, SELECTION, States
 from origami_lab.game.kernels.undo import Notes, play_noted, restore
 from origami_lab.jit import kernel
+from origami_lab.objectives.inside_moves import stray_inside
 from origami_lab.objectives.objective import Memos
 from origami_lab.objectives.shape_kernels import Surface, stray
 from origami_lab.search.random_stream import Actions, sample_distinct
@@ -60,6 +61,7 @@ def walk(
     bounds: NDArray[np.float64],
     best_first: bool,
     target: Surface | None,
+    inside_moves: bool,
     draws: NDArray[np.float64],
     used: int,
     depth: int,
@@ -81,6 +83,8 @@ def walk(
         BFTS: try every child before the most promising one is entered. DFTS enters a child at once.
     target
         What positions are bounded with; None to ask the caller.
+    inside_moves
+        Whether the places of chosen outer children bound an extension that is not complete; not without ``target``.
     draws, used
         Random numbers, and how many of them are used up.
     depth, how, given
@@ -133,6 +137,9 @@ def walk(
                     return UNBOUNDED, depth, used, played
                 else:
                     bound = -stray(s, r, memos[depth + 1], target, -best)
+            elif inside_moves and s.phase > FIRST:
+                if target is not None:
+                    bound = min(own, -stray_inside(s, r, memos[depth + 1], target, -best))
         elif own > best and best_first and node[ENTERED] < node[COUNT]:
             if node[ENTERED] == 0:
                 sort_children(children[depth], bounds[depth], node[COUNT])

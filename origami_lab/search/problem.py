@@ -54,6 +54,8 @@ class Outcome:
     episodes: int
     rejected: int
     """Improvements refused because their dense motion collides."""
+    places_evaluated: int = 0
+    """Places whose closed form alone told that they may or may not be played; they are no interactions."""
 
 
 class SearchEnded(Exception):  # noqa: N818 - an end, not an error
@@ -116,6 +118,8 @@ class Problem:
         self.interactions = 0
         self.episodes = 0
         self.rejected = 0
+        self.places_evaluated = 0
+        """Counted by searchers that look at places before they play them."""
         self.best_value = -math.inf
         self.improvements: list[Improvement] = []
         self._on_progress, self._should_stop = on_progress, should_stop
@@ -289,4 +293,5 @@ class Problem:
             succeeded=bool(self.improvements),
             episodes=self.episodes,
             rejected=self.rejected,
+            places_evaluated=self.places_evaluated,
         )

@@ -36,6 +36,16 @@ class Draws:
             self.block = np.concatenate([rest, self._source(max(BLOCK, count))])
             self.used = 0
 
+    def one(self) -> float:
+        """The next number."""
+        self.reserve(1)
+        self.used += 1
+        return float(self.block[self.used - 1])
+
+    def below(self, count: int) -> int:
+        """A whole number from 0 to count − 1, from the next number of a uniform stream."""
+        return int(self.one() * count)
+
     def use(self, count: int) -> None:
         """Mark numbers of the block as used."""
         self.used += count

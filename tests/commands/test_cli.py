@@ -17,7 +17,7 @@ REFUSED: list[tuple[list[str], str, str]] = [
     (["target=bowll"], "target=bowll:", "must be one of bowl, cube, face, mesh, none, pyramid; did you mean bowl?"),
     ([], "target=none:", "target=bowl"),
     (["+experiment=paper/bowll"], "experiment=paper/bowll:", "did you mean paper/bowl?"),
-    ([BOWL, "search=bfs"], "search=bfs:", "bfts, dfts, evo, mcts, ppo, rdm"),
+    ([BOWL, "search=bfs"], "search=bfs:", "bfts, dfts, evo, lns, mcts, ppo, rdm"),
     ([BOWL, "objective=buckets"], "objective=buckets:", "did you mean bucket?"),
     ([BOWL, "symmetry=z"], "symmetry=z:", "none, x, xy, xyd, y"),
     ([BOWL, "start=circle"], "start=circle:", "crease, file, square"),

@@ -26,7 +26,7 @@ from tests.known_designs.varied_games import CHAIR, CUBE, PYRAMID, chair_game, c
     ({"board_size": 8}, "board.size"),
     ({"board_size": 3}, "board.size"),
     ({"board_size": 203}, "board.size"),
-    ({"board_size": 9.0}, "board.size"),
+    ({"board_size": 9.5}, "board.size"),
     ({"board_size": True}, "board.size"),
     ({"symmetry": "z"}, "symmetry"),
     ({"symmetry": "x", "start": Crease()}, "symmetry"),

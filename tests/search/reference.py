@@ -6,6 +6,10 @@ import math
 
 import numpy as np
 
+from origami_lab.game.kernels.boundary import NEXT, PREV, near_side
+from origami_lab.game.kernels.extension import outer_place
+from origami_lab.game.kernels.state import SECOND, THIRD
+from origami_lab.geometry.bvh import distances
 from origami_lab.search.problem import Actions, Positions, Problem
 from origami_lab.search.random_stream import Draws
 
@@ -13,8 +17,13 @@ from origami_lab.search.random_stream import Draws
 class ReferenceTreeSearch:
     """Branch and bound as the paper's appendix describes it, with one restart after another."""
 
-    def __init__(self, best_first: bool, children: int = 10) -> None:
+    def __init__(
+        self, best_first: bool, children: int = 10, aspiration: float = math.inf, inside_moves: bool = False
+    ) -> None:
         self.best_first, self.children = best_first, children
+        self.floor, self.inside_moves = -aspiration, inside_moves
+        self.cut_inside = 0
+        """Branches that a bound inside a move has closed."""
 
     def search(self, problem: Problem, rng: np.random.Generator) -> None:
         draws = Draws(rng)
@@ -30,7 +39,7 @@ class ReferenceTreeSearch:
             problem.grow(positions)
         tried: list[tuple[float, int]] = []
         for action in self._sample(draws, legal):
-            if problem.done or own[depth] <= problem.best_value:
+            if problem.done or own[depth] <= max(problem.best_value, self.floor):
                 return
             below, complete = problem.branch(positions, depth + 1, depth, action)
             if len(below) == 0:
@@ -40,17 +49,36 @@ class ReferenceTreeSearch:
                     self._trim(problem, positions, own)
                 continue
             bound = problem.bound(positions, depth + 1) if complete else own[depth]
-            if bound <= problem.best_value:
+            if self.inside_moves and not complete:
+                bound = min(bound, self._inside(problem, positions, depth + 1))
+                self.cut_inside += bound <= max(problem.best_value, self.floor) < own[depth]
+            if bound <= max(problem.best_value, self.floor):
                 continue
             if self.best_first:
                 tried.append((bound, action))
             else:
                 self._below(problem, draws, positions, own, bound, below)
         for bound, action in sorted(tried, key=lambda child: -child[0]):
-            if problem.done or min(bound, own[depth]) <= problem.best_value:
+            if problem.done or min(bound, own[depth]) <= max(problem.best_value, self.floor):
                 return
             below, _ = problem.branch(positions, depth + 1, depth, action, count=False)
             self._below(problem, draws, positions, own, min(bound, own[depth]), below)
+
+    def _inside(self, problem: Problem, positions: Positions, i: int) -> float:
+        """The bound of the sheet with the outer child that was chosen last as a vertex, for a symmetric target."""
+        s, r, bvh = positions.states[i], problem.game.rules.record[0], problem.objective.target.bvh
+        phase, stray = int(s["phase"]), positions.memos[i]["stray"]
+        if phase not in (SECOND, THIRD):
+            return math.inf
+        on_axis = int(s["axis"][s["selected"]]) > 0
+        side = near_side(s, r, s["selected"]) if on_axis else PREV if phase == SECOND else NEXT
+        name = "first" if side == PREV else "second"
+        x, y = int(s[f"{name}_x"]), int(s[f"{name}_y"])
+        best = math.inf
+        for k in range(problem.game.first_angle, int(s["reach"])):
+            place = np.array([outer_place(s, r, k, side, x, y)])
+            best = min(best, max(float(stray[k]), float(distances(bvh, place)[0])))
+        return -best
 
     def _sample(self, draws: Draws, legal: Actions) -> list[int]:
         """Up to ``children`` legal actions, without replacement, each with one number of the stream."""

@@ -91,3 +91,20 @@ def test_the_walk_with_an_objective_that_has_no_bound(best_first: bool, monkeypa
     assert ours.value > 0
     assert problem.interactions == 1500
     assert len(ours.actions) > 4
+
+
+@pytest.mark.parametrize("best_first", [False, True])
+def test_an_aspiration_and_bounds_inside_moves_leave_branches_sooner(best_first: bool) -> None:
+    """As the plain search does that measures every vertex and every chosen child from scratch."""
+    method = BreadthFirstSearch if best_first else DepthFirstSearch
+    cut = scored = 0
+    for seed in range(1):
+        options = {"aspiration": 2.5, "inside_moves": True}
+        reference = ReferenceTreeSearch(best_first, **options)
+        theirs, _ = outcome(GAMES["bowl"][0], ShapeObjective(bowl()), reference, seed, 1200)
+        ours, _ = outcome(GAMES["bowl"][0], ShapeObjective(bowl()), method(restarts=1, **options), seed, 1200)
+        assert ours == theirs
+        cut += reference.cut_inside
+        scored += ours.episodes
+    assert cut > 20
+    assert scored > 5

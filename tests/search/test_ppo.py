@@ -118,7 +118,20 @@ def test_the_learner_has_the_papers_numbers() -> None:
     problem = cube_problem(1)
     settings = ProximalPolicyOptimization()
     with isolated(0):
-        model = learner(Episodes(problem, settings.games, view_of(problem.game)), settings)
+        names = (
+            "layers",
+            "batch",
+            "games",
+            "epochs",
+            "minibatch",
+            "entropy",
+            "learning_rate",
+            "clip",
+            "gamma",
+            "gae_lambda",
+        )
+        numbers = {name: getattr(settings, name) for name in names}
+        model = learner(Episodes(problem, settings.games, view_of(problem.game)), **numbers)
     assert model.n_steps * model.n_envs == 2050
     assert (model.batch_size, model.ent_coef) == (64, 0.01)
     assert model.policy.net_arch == [256, 256]

@@ -19,6 +19,7 @@ from origami_lab.search.branch_and_bound import BreadthFirstSearch, DepthFirstSe
 from origami_lab.search.dense_check import certified_reach
 from origami_lab.search.evolution import EvolutionarySearch
 from origami_lab.search.mcts import MonteCarloTreeSearch
+from origami_lab.search.neighbourhood.search import NeighbourhoodSearch
 from origami_lab.search.ppo import ProximalPolicyOptimization
 from origami_lab.search.problem import Problem, Searcher
 from origami_lab.search.random_search import RandomSearch
@@ -30,6 +31,7 @@ SEARCHERS: dict[str, Callable[[], Searcher]] = {
     "bfts": lambda: BreadthFirstSearch(restarts=4),
     "evo": lambda: EvolutionarySearch(population=16),
     "mcts": lambda: MonteCarloTreeSearch(simulations=20),
+    "lns": NeighbourhoodSearch,
     "ppo": lambda: ProximalPolicyOptimization(batch=500, games=5, layers=[32], epochs=2),
 }
 
@@ -72,6 +74,8 @@ def test_a_smaller_budget_finds_what_a_larger_one_finds_first(searcher: Searcher
         problem = cube_problem(budget)
         if isinstance(searcher, TreeSearch):
             searcher = type(searcher)(restarts=budget // 1000)
+        if isinstance(searcher, NeighbourhoodSearch):
+            searcher = NeighbourhoodSearch(run=100 / budget)
         searcher.search(problem, np.random.default_rng(4))
         found.append(problem.outcome())
     early = [improvement for improvement in found[1].improvements if improvement.interaction <= budgets[0]]

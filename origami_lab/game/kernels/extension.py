@@ -22,6 +22,7 @@ from origami_lab.game.kernels.state import (
     add_crease,
     add_triangle,
     add_vertex,
+    axis_of,
     code_x,
     code_y,
     image_code,
@@ -37,13 +38,59 @@ def cross3(a: tuple[float, float, float], b: tuple[float, float, float]) -> tupl
 
 
 @inlined
-def place_vertex(s: Record, r: Record, w: int, v: int, k: int, dx: float, dy: float, dz: float) -> None:
-    """Position of w at driving angle k, displaced from v; on an axis exactly in its mirror plane."""
+def displaced(
+    s: Record, r: Record, axis: int, v: int, k: int, dx: float, dy: float, dz: float
+) -> tuple[float, float, float]:
+    """A place in space at driving angle k, displaced from v; for a vertex on an axis exactly in its mirror plane."""
     x, y = s.position[v, k, 0] + dx, s.position[v, k, 1] + dy
-    if s.axis[w] > 0:
-        m = r.matrices[s.axis[w]]
+    if axis > 0:
+        m = r.matrices[axis]
         x, y = 0.5 * (x + (m[0] * x + m[1] * y)), 0.5 * (y + (m[2] * x + m[3] * y))
-    s.position[w, k, 0], s.position[w, k, 1], s.position[w, k, 2] = x, y, s.position[v, k, 2] + dz
+    return x, y, s.position[v, k, 2] + dz
+
+
+@inlined
+def place_vertex(s: Record, r: Record, w: int, v: int, k: int, dx: float, dy: float, dz: float) -> None:
+    """Position of w at driving angle k, displaced from v."""
+    x, y, z = displaced(s, r, s.axis[w], v, k, dx, dy, dz)
+    s.position[w, k, 0], s.position[w, k, 1], s.position[w, k, 2] = x, y, z
+
+
+@inlined
+def outer_place(s: Record, r: Record, k: int, side: int, qx: int, qy: int) -> tuple[float, float, float]:
+    """Where an outer child of the selected leaf at board point q will be at driving angle k, known before it is played.
+
+    The panel on its side fixes it, whatever the other children.
+    """
+    v = s.selected
+    dx, dy = qx - s.xy[v, 0], qy - s.xy[v, 1]
+    length = np.sqrt(float(dx * dx + dy * dy))
+    frames = s.frame_prev[v] if side == PREV else s.frame_next[v]
+    ux, uy, uz = lift(frames, k, dx / length, dy / length)
+    return displaced(s, r, axis_of(r, qx, qy), v, k, length * ux, length * uy, length * uz)
+
+
+@inlined
+def middle_place(s: Record, r: Record, k: int, qx: int, qy: int) -> tuple[bool, float, float, float]:
+    """Where the middle child at board point q will be at driving angle k, and whether the vertex exists there.
+
+    Both outer children are chosen. That the vertex exists at smaller driving angles is not looked at.
+    """
+    v = s.selected
+    x, y = s.xy[v, 0], s.xy[v, 1]
+    ax, ay, bx, by = s.first_x - x, s.first_y - y, s.second_x - x, s.second_y - y
+    cx, cy = qx - x, qy - y
+    la, lb, lc = (
+        np.sqrt(float(ax * ax + ay * ay)),
+        np.sqrt(float(bx * bx + by * by)),
+        np.sqrt(float(cx * cx + cy * cy)),
+    )
+    A = lift(s.frame_prev[v], k, ax / la, ay / la)
+    B = lift(s.frame_next[v], k, bx / lb, by / lb)
+    cos_u2, cos_u3 = (ax * cx + ay * cy) / (la * lc), (bx * cx + by * cy) / (lb * lc)
+    exists, ux, uy, uz = middle_crease(A, B, cos_u2, cos_u3, s.mode)
+    px, py, pz = displaced(s, r, axis_of(r, qx, qy), v, k, lc * ux, lc * uy, lc * uz)
+    return exists, px, py, pz
 
 
 @kernel

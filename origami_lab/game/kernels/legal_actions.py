@@ -9,6 +9,8 @@ the free region is the symmetric quadrilateral.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -217,59 +219,112 @@ def starts_flat(s: Record, A: tuple[float, float, float], B: tuple[float, float,
     return s.mode * ((A[0] + B[0]) * nx + (A[1] + B[1]) * ny + (A[2] + B[2]) * nz) > 0.0
 
 
+class Middle(NamedTuple):
+    """What the outer children of the selected leaf, once chosen, leave to its middle child.
+
+    Attributes
+    ----------
+    a_length, b_length
+        Lengths of the outer creases, in board cells.
+    p_sq, m_sq
+        |A + B|² and |A − B|² of their directions at the smallest driving angle.
+    opens
+        Whether the chosen mode's motion begins at the flat sheet.
+    """
+
+    a_length: float
+    b_length: float
+    p_sq: float
+    m_sq: float
+    opens: bool
+
+
+@inlined
+def middle_of(s: Record) -> Middle:
+    """The terms of the middle child, of no meaning before both outer children are chosen."""
+    if s.phase == FIRST or s.phase == SECOND:
+        return Middle(0.0, 0.0, 0.0, 0.0, True)
+    v = s.selected
+    x, y = s.xy[v, 0], s.xy[v, 1]
+    ax, ay, bx, by = s.first_x - x, s.first_y - y, s.second_x - x, s.second_y - y
+    a_length, b_length = np.sqrt(float(ax * ax + ay * ay)), np.sqrt(float(bx * bx + by * by))
+    A = lift(s.frame_prev[v], 0, ax / a_length, ay / a_length)
+    B = lift(s.frame_next[v], 0, bx / b_length, by / b_length)
+    p_sq = (A[0] + B[0]) ** 2 + (A[1] + B[1]) ** 2 + (A[2] + B[2]) ** 2
+    m_sq = (A[0] - B[0]) ** 2 + (A[1] - B[1]) ** 2 + (A[2] - B[2]) ** 2
+    return Middle(a_length, b_length, p_sq, m_sq, cross(ax, ay, bx, by) != 0 or starts_flat(s, A, B))
+
+
+@inlined
+def placing_side(s: Record, r: Record) -> int:
+    """The side of the selected leaf whose child is placed now; of no meaning for the middle child."""
+    on_axis = s.axis[s.selected] > 0
+    if s.phase == SECOND or (s.phase == FIRST and on_axis and near_side(s, r, s.selected) == NEXT):
+        return NEXT
+    return PREV
+
+
+@inlined
+def location_fits(s: Record, r: Record, edges: Edges, n: int, middle: Middle, side: int, qx: int, qy: int) -> bool:
+    """Whether the child that is placed now may lie at the board point q.
+
+    ``edges`` are those of :func:`gather_edges`, ``middle`` and ``side`` the answers of :func:`middle_of` and
+    :func:`placing_side`.
+    """
+    v = s.selected
+    x, y = s.xy[v, 0], s.xy[v, 1]
+    if (qx == x and qy == y) or not is_playable(r, qx, qy):
+        return False
+    if s.phase == FIRST or s.phase == SECOND:
+        if s.phase == SECOND and not comes_after(s, r, v, s.first_x - x, s.first_y - y, qx - x, qy - y):
+            return False
+        return outer_child_fits(s, r, edges, n, side, qx, qy)
+    ax, ay, bx, by = s.first_x - x, s.first_y - y, s.second_x - x, s.second_y - y
+    dx, dy = qx - x, qy - y
+    if cross(ax, ay, dx, dy) <= 0 or cross(dx, dy, bx, by) <= 0:
+        return False
+    length = np.sqrt(float(dx * dx + dy * dy))
+    cos_u2 = (ax * dx + ay * dy) / (middle.a_length * length)
+    cos_u3 = (bx * dx + by * dy) / (middle.b_length * length)
+    if not triangle_slack(middle.p_sq, middle.m_sq, cos_u2, cos_u3) >= -DEGENERATE:
+        return False
+    return middle_child_fits(s, r, edges, n, qx, qy)
+
+
 @kernel
 def locations(s: Record, r: Record, out: Actions) -> int:
     """Legal location actions in the three placing phases; returns their number."""
-    v = s.selected
-    x, y = s.xy[v, 0], s.xy[v, 1]
+    middle, side = middle_of(s), placing_side(s, r)
+    if not middle.opens:
+        return 0
+    x, y = s.xy[s.selected, 0], s.xy[s.selected, 1]
     half = r.half
     edges = np.empty((s.n_vertices + 2, 4), np.int32)
-    n_edges = gather_edges(s, r, v, edges)
+    n_edges = gather_edges(s, r, s.selected, edges)
     reach = 2 * half + 1
     if r.max_length_sq < float(reach * reach):
         reach = int(np.sqrt(r.max_length_sq))
     base = 2 * board_points(r)
     n = 0
-    on_axis = s.axis[v] > 0
-    side = PREV
-    if s.phase == SECOND or (s.phase == FIRST and on_axis and near_side(s, r, v) == NEXT):
-        side = NEXT
-    middle = s.phase != FIRST and s.phase != SECOND
-    p_sq = m_sq = a_len = b_len = 0.0
-    ax = ay = bx = by = 0
-    if middle:
-        # |A + B|² and |A − B|² at the smallest driving angle
-        ax, ay, bx, by = s.first_x - x, s.first_y - y, s.second_x - x, s.second_y - y
-        a_len, b_len = np.sqrt(float(ax * ax + ay * ay)), np.sqrt(float(bx * bx + by * by))
-        A = lift(s.frame_prev[v], 0, ax / a_len, ay / a_len)
-        B = lift(s.frame_next[v], 0, bx / b_len, by / b_len)
-        p_sq = (A[0] + B[0]) ** 2 + (A[1] + B[1]) ** 2 + (A[2] + B[2]) ** 2
-        m_sq = (A[0] - B[0]) ** 2 + (A[1] - B[1]) ** 2 + (A[2] - B[2]) ** 2
-        if cross(ax, ay, bx, by) == 0 and not starts_flat(s, A, B):
-            return 0
     for qy in range(max(-half, y - reach), min(half, y + reach) + 1):
         for qx in range(max(-half, x - reach), min(half, x + reach) + 1):
-            if (qx == x and qy == y) or not is_playable(r, qx, qy):
-                continue
-            if middle:
-                dx, dy = qx - x, qy - y
-                if cross(ax, ay, dx, dy) <= 0 or cross(dx, dy, bx, by) <= 0:
-                    continue
-                length = np.sqrt(float(dx * dx + dy * dy))
-                cos_u2 = (ax * dx + ay * dy) / (a_len * length)
-                cos_u3 = (bx * dx + by * dy) / (b_len * length)
-                if not triangle_slack(p_sq, m_sq, cos_u2, cos_u3) >= -DEGENERATE:
-                    continue
-                if not middle_child_fits(s, r, edges, n_edges, qx, qy):
-                    continue
-            else:
-                if s.phase == SECOND and not comes_after(s, r, v, s.first_x - x, s.first_y - y, qx - x, qy - y):
-                    continue
-                if not outer_child_fits(s, r, edges, n_edges, side, qx, qy):
-                    continue
-            out[n] = base + point_index(r, qx, qy)
-            n += 1
+            if location_fits(s, r, edges, n_edges, middle, side, qx, qy):
+                out[n] = base + point_index(r, qx, qy)
+                n += 1
     return n
+
+
+@kernel
+def location_is_legal(s: Record, r: Record, qx: int, qy: int) -> bool:
+    """Whether the child that is placed now may lie at q, anywhere: one candidate of :func:`locations`."""
+    if abs(qx) > r.half or abs(qy) > r.half:
+        return False
+    middle = middle_of(s)
+    if not middle.opens:
+        return False
+    edges = np.empty((s.n_vertices + 2, 4), np.int32)
+    n = gather_edges(s, r, s.selected, edges)
+    return location_fits(s, r, edges, n, middle, placing_side(s, r), qx, qy)
 
 
 @inlined

@@ -1,0 +1,171 @@
+"""A saved design with all that it was made in and for: the game, the objective, and where its files are."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from omegaconf import OmegaConf
+
+from origami_lab.config.compose import compose_settings
+from origami_lab.config.dotted_path import locate
+from origami_lab.config.instantiate import build_game, build_objective
+from origami_lab.config.settings import Settings, read_settings
+from origami_lab.errors import InputError
+from origami_lab.file_names import ACTIONS, BEST, CONFIG, trial_folder
+from origami_lab.fold_format.reader import read_fold
+from origami_lab.runs.run_folder import RunFolder
+from origami_lab.runs.trial_row import NO_DESIGN
+
+if TYPE_CHECKING:
+    from origami_lab.game.game import Game
+    from origami_lab.targets.target import Target
+
+SAME_ANGLE = 1e-6
+"""Degrees within which a driving angle that a file names is one of the game's."""
+
+
+@dataclass(frozen=True, eq=False)
+class SavedDesign:
+    """A design that can be worked on."""
+
+    game: Game
+    objective: Any
+    target: Target | None
+    actions: tuple[int, ...]
+    angle: int
+    """Index of its driving angle among the game's."""
+    facts: Mapping[str, object]
+    """What its file says of it: task, search, seed, return …"""
+    file: Path
+    """Its FOLD file."""
+
+    def beside(self, what: str) -> tuple[Path, str]:
+        """The folder for files about it, and how their names begin: ``what`` for a trial's best design, else with
+        the name of its file before."""
+        stem = what if self.file.name == BEST else f"{self.file.name.removesuffix('.fold')}.{what}"
+        return self.file.parent, stem
+
+
+def saved_designs(path: Path, overrides: Sequence[str] = (), best: int = 1) -> list[Path]:
+    """The designs that a path means: the FOLD file itself, a trial's, or the best few of a run, best first.
+
+    Raises
+    ------
+    InputError
+        If there is none, or ``best`` is not at least 1.
+    """
+    if isinstance(best, bool) or not isinstance(best, int) or best < 1:
+        raise InputError("best", best, "must be a whole number from 1: how many of a run's designs")
+    path = path.expanduser()
+    if path.is_dir() and (path / CONFIG).is_file():
+        if overrides:
+            raise InputError("settings", " ".join(overrides), "are the run's own; only a FOLD file can be given some")
+        rows = [row for row in RunFolder(path).rows().values() if row.outcome != NO_DESIGN and row.return_ is not None]
+        ranked = sorted(rows, key=lambda row: (-row["return"], row.seed))
+        found = [trial_folder(path, row.seed) / BEST for row in ranked[:best]]
+        if not found:
+            raise InputError("path", path, "no trial of this run has found a design")
+        return found
+    if path.is_dir():
+        path = path / BEST
+    elif path.name == ACTIONS:
+        path = path.with_name(BEST)
+    if not path.is_file():
+        raise InputError("path", path, "must be the folder of a run or of a trial (seed=N), or a FOLD file of ours")
+    return [path]
+
+
+def read_saved(file: Path, overrides: Sequence[str] = ()) -> SavedDesign:
+    """A saved design from its FOLD file.
+
+    Parameters
+    ----------
+    file
+        A trial's ``best.fold``, or any FOLD file that has our actions in it.
+    overrides
+        Settings of the game and the objective, such as ``target=bowl``, for a file that is in no run folder; without
+        any, those of its task.
+
+    Raises
+    ------
+    InputError
+        If it is not one of ours, or the game does not allow its actions.
+    """
+    trial = (file.parent / ACTIONS).is_file() and (file.parent.parent / CONFIG).is_file()
+    if file.name == BEST and trial:
+        if overrides:
+            raise InputError("settings", " ".join(overrides), "are the run's own; only a FOLD file can be given some")
+        return _of_trial(file)
+    fold = read_fold(file)
+    if not fold.actions:
+        raise InputError(str(file), "no actions", "must be a FOLD file of a search, which says how it was played")
+    task = str(fold.metadata.get("task", ""))
+    settings = _settings_for(file, task, overrides)
+    game = build_game(settings)
+    target, objective = build_objective(settings)
+    board = fold.metadata.get("board", game.board_size)
+    if board != game.board_size:
+        raise InputError("board.size", game.board_size, f"must be {board}, as {file.name} says")
+    _check_playable(game, fold.actions, file)
+    return SavedDesign(game, objective, target, fold.actions, _angle_of(game, fold.metadata, file), fold.metadata, file)
+
+
+def _of_trial(file: Path) -> SavedDesign:
+    from origami_lab.game.game import Game
+
+    trial = file.parent
+    run = RunFolder(trial.parent)
+    settings = read_settings(OmegaConf.create(run.config()))
+    target, objective = build_objective(settings)
+    if target is not None:
+        run.check_target(target)
+    try:
+        saved = json.loads((trial / ACTIONS).read_text(encoding="utf-8"))
+        given, start = dict(saved["game"]), dict(saved["game"]["start"])
+        given["start"] = locate("start", start.pop("_target_"))(**start)
+        if given.get("capacity") is None:  # the game's own default
+            given.pop("capacity", None)
+        game, actions, angle = Game(**given), tuple(int(action) for action in saved["actions"]), int(saved["angle"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(str(trial / ACTIONS), type(error).__name__, f"cannot be read: {error}") from error
+    if angle < 0:
+        raise InputError("design", str(trial), "this trial has found none")
+    _check_playable(game, actions, file)
+    return SavedDesign(game, objective, target, actions, angle, read_fold(file).metadata, file)
+
+
+def _settings_for(file: Path, task: str, overrides: Sequence[str]) -> Settings:
+    if overrides:
+        return compose_settings(overrides)
+    hint = "which game and objective is it from? Give its settings, such as target=bowl"
+    for guess in (f"+experiment=paper/{task}", f"target={task}"):
+        try:
+            return compose_settings([guess])
+        except InputError:
+            continue
+    raise InputError(str(file), f"task {task or 'unknown'}", hint)
+
+
+def _angle_of(game: Game, facts: Mapping[str, object], file: Path) -> int:
+    named = facts.get("driving_angle")
+    if isinstance(named, int | float):
+        angles = np.degrees(game.angles)
+        nearest = int(np.argmin(np.abs(angles - named)))
+        if math.isclose(angles[nearest], named, abs_tol=SAME_ANGLE):
+            return nearest
+    raise InputError(str(file), f"driving angle {named}", "must be one of the game's driving angles, in degrees")
+
+
+def _check_playable(game: Game, actions: tuple[int, ...], file: Path) -> None:
+    try:
+        game.replay(actions)
+    except ValueError as error:
+        raise InputError(str(file), "its actions", f"cannot be played in this game: {error}") from error

@@ -1,0 +1,28 @@
+"""The returns of a design on a fine board, by the rulers that designs of the game are measured with."""
+
+from __future__ import annotations
+
+from typing import get_args
+
+import numpy as np
+
+from origami_lab.objectives.shape import Distance, ShapeEvaluator, ShapeObjective
+from origami_lab.polish.finer_board import ANGLES, FineBoard
+from origami_lab.polish.laid_design import laid_in_cells
+
+
+def own_return(board: FineBoard, angle: float, objective: ShapeObjective, evaluator: ShapeEvaluator) -> float:
+    """The return of a design at a driving angle in radians, as its objective has it, compactness included."""
+    states = laid_in_cells(board, angle)
+    distance = evaluator.measure(states, 0, ANGLES - 1, objective.distance)
+    positions = states["position"][0][: int(states["n_vertices"][0]), ANGLES - 1]
+    return -distance - objective.compactness * float(np.linalg.norm(positions, axis=1).max())
+
+
+def all_returns(
+    board: FineBoard, angle: float, objective: ShapeObjective, evaluator: ShapeEvaluator
+) -> dict[str, float]:
+    """``return`` as the objective has it, and ``return_vertex``, ``return_surface``, ``return_sampled``."""
+    states = laid_in_cells(board, angle)
+    measured = {f"return_{name}": -evaluator.measure(states, 0, ANGLES - 1, name) for name in get_args(Distance)}
+    return {"return": own_return(board, angle, objective, evaluator), **measured}
