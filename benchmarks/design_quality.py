@@ -82,6 +82,9 @@ TASKS: dict[str, Callable[[str], tuple[Game, Any]]] = {
     "wave": _shape(height_fields.wave, _curved("y")),
     "funnel": _shape(height_fields.funnel, _curved("xyd")),
     "leaf": _shape(height_fields.leaf, _curved("y")),
+    "ripple": _shape(height_fields.ripple, _curved("xyd")),
+    "scarf": _shape(height_fields.scarf, _curved("xy")),
+    "canopy": _shape(height_fields.canopy, _curved("y")),
 }
 OPTIMA = {"cube": -0.00226, "pyramid": -0.08}
 """Returns at which a trial ends."""

@@ -88,3 +88,37 @@ def leaf() -> Target:
         7,
         inside=lambda x, y: x * x / 12 + y * y / 49 < 1,
     )
+
+
+# --- made after the defaults were frozen -----------------------------------------------------------------------------
+
+
+def ripple() -> Target:
+    """Rings around the middle; symmetric in x, y and the diagonals."""
+    return height_field(
+        "ripple",
+        lambda x, y: 0.9 * np.cos(1.1 * np.sqrt(x * x + y * y)) - 0.9,
+        5,
+        5,
+        inside=lambda x, y: x * x + y * y < 25,
+    )
+
+
+def scarf() -> Target:
+    """A strip that is bent up at its ends and down at its sides; symmetric in x and y."""
+    return height_field("scarf", lambda x, y: 0.006 * (x * x - 4) * (16 - y * y), 6, 4)
+
+
+def canopy() -> Target:
+    """Three bulges in a row, of different height; symmetric in x."""
+    return height_field(
+        "canopy",
+        lambda x, y: (
+            1.6 * np.exp(-0.3 * (x * x + (y - 4) ** 2))
+            + 2.2 * np.exp(-0.25 * (x * x + y * y))
+            + 1.2 * np.exp(-0.3 * (x * x + (y + 4) ** 2))
+            - 2.2
+        ),
+        4,
+        6.5,
+    )

@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 
 from origami_lab.experiment.simplified_files import simplify_trial
-from origami_lab.polish.simplify_design import TOLERANCE, Simplified
+from origami_lab.polish.simplifier import TOLERANCE, Simplified
 
 DESIGNS = Path(__file__).parents[1] / "results" / "paper" / "designs"
 HEAD = "| design | return | creases | panels | smallest sector | narrowest panel, cells | certificate |"

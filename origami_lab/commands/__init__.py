@@ -21,3 +21,12 @@ def number(option: str, text: str | None) -> float | None:
         return float(text)
     except ValueError:
         raise InputError(option, text, "must be a number") from None
+
+
+def whole(option: str, text: str | None) -> int | None:
+    """What was given for an option as a whole number from 0. Raises :class:`InputError` if it is none."""
+    if text is None:
+        return None
+    if not text.isascii() or not text.isdigit() or len(text) > 9:
+        raise InputError(option, text, "must be a whole number from 0")
+    return int(text)

@@ -6,7 +6,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from origami_lab.commands import number
+from origami_lab.commands import number, whole
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -21,9 +21,10 @@ def main(arguments: Sequence[str]) -> int:
     )
     parser.add_argument("file", metavar="FILE", help="a FOLD file, or the folder of a trial, results/.../seed=N")
     parser.add_argument(
-        "--to", metavar="FORMAT", action="append", required=True, help="svg, for instance; may be given several times"
+        "--to", metavar="FORMAT", action="append", required=True, help="svg, or svg,dxf,cp; may be given several times"
     )
     parser.add_argument("--output", metavar="PATH", help="a file, or an existing folder (default: beside FILE)")
+    parser.add_argument("--frame", metavar="N", help="the frame of a file that has several, 0 for the key frame")
     parser.add_argument(
         "--angle",
         metavar="DEGREES",
@@ -40,6 +41,7 @@ def main(arguments: Sequence[str]) -> int:
         options.file,
         options.to,
         options.output,
+        frame=whole("frame", options.frame),
         angle=number("angle", options.angle),
         target=options.target,
         thickness=number("thickness", options.thickness),

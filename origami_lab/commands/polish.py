@@ -44,7 +44,7 @@ def main(arguments: Sequence[str]) -> int:
     options = parser.parse_args(arguments)
     from origami_lab.experiment.polished_files import polish_trial
     from origami_lab.experiment.saved_design import saved_designs
-    from origami_lab.polish.polish_design import FINER, STEPS
+    from origami_lab.polish.polisher import FINER, STEPS
 
     steps = STEPS if options.steps is None else whole("--steps", options.steps)
     finer = FINER if options.finer is None else whole("--finer", options.finer)

@@ -34,7 +34,7 @@ def main(arguments: Sequence[str]) -> int:
     from origami_lab.commands.polish import whole
     from origami_lab.experiment.saved_design import saved_designs
     from origami_lab.experiment.simplified_files import simplify_trial
-    from origami_lab.polish.simplify_design import TOLERANCE
+    from origami_lab.polish.simplifier import TOLERANCE
 
     tolerance = number("--tolerance", options.tolerance)
     tolerance = TOLERANCE if tolerance is None else tolerance

@@ -16,13 +16,20 @@ def main(arguments: Sequence[str]) -> int:
     description = "Check a FOLD file: sheet, panels, loops, one degree of freedom, and that no panels cross on the way."
     epilog = "Exit codes: 0 certified, 1 refuted, 2 the file cannot be read, 3 not certifiable. See docs/verify.md."
     parser = argparse.ArgumentParser("origami-lab verify", description=description, epilog=epilog)
-    parser.add_argument("file", help="a FOLD file with folded states or fold angles, ours or any program's")
+    parser.add_argument(
+        "file",
+        metavar="FILE",
+        help="a FOLD file with folded states or fold angles, ours or any program's, or the folder of a trial",
+    )
     parser.add_argument("--json", metavar="FILE", help="write the certificate as JSON; - writes it to standard output")
     parser.add_argument("--thickness", help="distance that panels must keep, in the file's units")
     options = parser.parse_args(arguments)
+    from origami_lab.fold_format.motion_frames import fold_path
     from origami_lab.verification.verify_design import verify
 
-    certificate = verify(Path(options.file), number("--thickness", options.thickness) or 0.0)
+    certificate = verify(fold_path(options.file), number("--thickness", options.thickness) or 0.0)
+    for remark in certificate.remarks:
+        print(f"note: {remark}", file=sys.stderr)
     if options.json == "-":
         sys.stdout.write(certificate.json_text())
         return certificate.exit_code

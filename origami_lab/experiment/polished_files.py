@@ -11,10 +11,10 @@ from origami_lab.drawing.scene import TargetSurface
 from origami_lab.experiment.saved_design import read_saved
 from origami_lab.experiment.simplified_files import simplified_figures
 from origami_lab.objectives.shape import ShapeObjective
+from origami_lab.polish.design_writer import write_design
 from origami_lab.polish.measured import all_returns
-from origami_lab.polish.polish_design import FINER, STEPS, Polished, polish_design
-from origami_lab.polish.simplify_design import PolishedDesign, simplify_design
-from origami_lab.polish.write_design import write_design
+from origami_lab.polish.polisher import FINER, STEPS, Polished, polish_design
+from origami_lab.polish.simplifier import PolishedDesign, simplify_design
 
 POLISHED = "polished"
 """How the names of a polished design's files begin."""
@@ -54,11 +54,11 @@ def polish_trial(
     file, overrides
         See :func:`~origami_lab.experiment.saved_design.read_saved`.
     steps, seed, seconds, finer, on_progress
-        See :func:`~origami_lab.polish.polish_design.polish_design`.
+        See :func:`~origami_lab.polish.polisher.polish_design`.
 
     simplify
         A tolerance in cells: what the design does not need is taken out at the end, see
-        :func:`~origami_lab.polish.simplify_design.simplify_design`. None leaves all of it.
+        :func:`~origami_lab.polish.simplifier.simplify_design`. None leaves all of it.
 
     Raises
     ------

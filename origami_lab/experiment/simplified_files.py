@@ -9,8 +9,8 @@ from typing import Any
 
 from origami_lab.drawing.scene import TargetSurface
 from origami_lab.experiment.saved_design import read_saved
-from origami_lab.polish.simplify_design import TOLERANCE, GameDesign, Simplified, simplify_design
-from origami_lab.polish.write_design import write_design
+from origami_lab.polish.design_writer import write_design
+from origami_lab.polish.simplifier import TOLERANCE, GameDesign, Simplified, simplify_design
 
 SIMPLIFIED = "simplified"
 """How the names of a simplified design's files begin."""
@@ -39,7 +39,7 @@ def simplify_trial(
     file, overrides
         See :func:`~origami_lab.experiment.saved_design.read_saved`.
     tolerance
-        See :func:`~origami_lab.polish.simplify_design.simplify_design`.
+        See :func:`~origami_lab.polish.simplifier.simplify_design`.
 
     Raises
     ------

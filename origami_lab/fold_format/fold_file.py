@@ -9,12 +9,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-CREATOR = "origami-lab"
-ANGLE = "origami_lab:driving_angle"
-ACTIONS = "origami_lab:actions"
-METADATA = "origami_lab:metadata"
-MODE = "vertices_origami_lab:mode"
-DRIVEN = "edges_origami_lab:driven"
+from origami_lab.fold_format.file_digits import Precision
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +51,14 @@ class FoldFile:
     title: str = ""
     metadata: Mapping[str, object] = field(default_factory=lambda: MappingProxyType({}))
     """Facts about the trial (task, search, seed, return ...)."""
+    assumed: NDArray[np.bool_] | None = None
+    """(E,) creases whose fold angle the file does not state, ±180° by their letter; None where there are none."""
+    loose: NDArray[np.bool_] | None = None
+    """(E,) auxiliary lines: neither sides of panels nor creases; None where there are none."""
+    precision: Precision = field(default_factory=Precision)
+    """By how much the numbers may be off for having been rounded."""
+    remarks: tuple[str, ...] = ()
+    """What was assumed, turned or passed over when the file was read, a line each."""
 
     @property
     def upright(self) -> NDArray[np.float64]:
@@ -75,6 +78,11 @@ class FoldFile:
     def best(self) -> FoldFrame:
         """The last frame, or the flat sheet where the file has no frames."""
         return self.frames[-1] if self.frames else self.flat
+
+    @property
+    def pattern(self) -> FoldFrame:
+        """The crease pattern as the file states it: flat, with its own assignments and fold angles."""
+        return FoldFrame(None, self.flat.coords, self.fold_angles, self.assignments)
 
     @property
     def flat(self) -> FoldFrame:

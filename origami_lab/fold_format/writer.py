@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.files import write_whole
-from origami_lab.fold_format.fold_file import ACTIONS, ANGLE, CREATOR, DRIVEN, METADATA, MODE, FoldFile, FoldFrame
+from origami_lab.fold_format.fold_file import FoldFile, FoldFrame
+from origami_lab.fold_format.keys import ACTIONS, ANGLE, CREATOR, DRIVEN, METADATA, MODE
 from origami_lab.fold_format.reader import read_fold
 from origami_lab.game.crease_pattern import BOUNDARY, FLAT, CreasePattern
 
@@ -52,7 +53,7 @@ def to_fold(design: CreasePattern | FoldFile) -> dict[str, Any]:
         **({} if fold.modes is None else {MODE: [int(mode) for mode in fold.modes]}),
         "edges_vertices": [[int(u), int(v)] for u, v in fold.edges],
         "edges_assignment": list(fold.assignments),
-        "edges_foldAngle": [_degrees(angle) for angle in fold.fold_angles.tolist()],
+        "edges_foldAngle": _stated(fold),
         "edges_faces": _edge_faces(fold),
         **({} if fold.driven is None else {DRIVEN: [bool(driven) for driven in fold.driven]}),
         "faces_vertices": [[int(v) for v in panel] for panel in fold.panels],
@@ -93,7 +94,7 @@ def write_fold(path: str | os.PathLike[str], design: CreasePattern | FoldFile) -
     Numbers keep their full precision, negative zeros become zero. Raises ``ValueError`` on coordinates that
     are not finite, ``OSError`` where the file cannot be written.
     """
-    write_whole(path, _dump(to_fold(design)).encode())
+    write_whole(path, _dump(to_fold(design)).encode("utf-8", "replace"))  # JSON may hold half of a character
 
 
 def fold_title(metadata: Mapping[str, object]) -> str:
@@ -141,6 +142,12 @@ def _edge_faces(fold: FoldFile) -> list[list[int]]:
         for u, v in zip(panel, (*panel[1:], panel[0]), strict=True)
     }
     return [[left[side] for side in ((int(u), int(v)), (int(v), int(u))) if side in left] for u, v in fold.edges]
+
+
+def _stated(fold: FoldFile) -> list[float | None]:
+    """Fold angles in degrees, null where they were only assumed."""
+    assumed = [False] * len(fold.edges) if fold.assumed is None else fold.assumed.tolist()
+    return [None if guess else _degrees(x) for x, guess in zip(fold.fold_angles.tolist(), assumed, strict=True)]
 
 
 def _numbers(rows: NDArray[np.float64]) -> list[list[float]]:

@@ -36,6 +36,8 @@ class Certificate:
     name: str
     """The file, or what the design is called."""
     checks: tuple[Check, ...]
+    remarks: tuple[str, ...] = ()
+    """What was assumed, turned or passed over when the file was read, a line each."""
 
     @property
     def _deciding(self) -> Check | None:
@@ -90,6 +92,7 @@ class Certificate:
             "reason": self.reason,
             "panels": None if self.panels is None else list(self.panels),
             "angle": self.angle,
+            "remarks": list(self.remarks),
             "checks": [
                 {"name": check.name, "status": check.status, "text": check.text, **_plain(check.numbers)}
                 | ({} if check.panels is None else {"panels": list(check.panels)})

@@ -4,24 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.verification.certificate import OK, OPEN, WRONG, Check, degrees
-from origami_lab.verification.claimed_states import SAME_ANGLE, Claim
-from origami_lab.verification.continuation import CLOSED, Motion
+from origami_lab.verification.claimed_states import Claim, wrapped
+from origami_lab.verification.continuation import Motion
+from origami_lab.verification.file_rounding import SAME_ANGLE, Rounding
 from origami_lab.verification.fold_document import Document
 from origami_lab.verification.linkage import Linkage, State
 from origami_lab.verification.plane_graph import Array, Indices
+from origami_lab.verification.second_order import Freedom, explore
 
 _ZERO = 1e-8
 """Of the largest singular value: smaller ones count as zero (rounding leaves 1e-15)."""
-_PUSHES = (0.02, 0.005)
-"""Radians by which a freedom is tried out: another state nearby would be found at the same place by both."""
-
+_CURVED, _EPSILON = 48.0, 2e-16
+"""Bounds second derivatives of the loops around vertices of usual degrees; the residual that rounding leaves."""
+_SAME_DRIVING, _SAME = 1e-9, 1e-6
+"""Radians: states at one driving angle, and how far their fold angles may differ if they are one."""
 _NAME = "degrees of freedom"
 _MOST_STATES = 6
 """States at which the rank is worked out, evenly out of all."""
@@ -44,8 +47,11 @@ class Rank:
         return self.columns - self.rank
 
 
-def rank(linkage: Linkage, rho: Array, creases: Indices) -> Rank:
-    """The rank of the closure Jacobian in the creases with the given numbers, at fold angles (E,)."""
+def rank(linkage: Linkage, rho: Array, creases: Indices, least: float = 0.0) -> Rank:
+    """The rank of the closure Jacobian in the creases with the given numbers, at fold angles (E,).
+
+    Singular values of at most ``least`` count as zero, and those that rounding leaves.
+    """
     jacobian = linkage.closure(rho)[1][:, creases]
     count = len(creases)
     if not count:
@@ -53,38 +59,23 @@ def rank(linkage: Linkage, rho: Array, creases: Indices) -> Rank:
     if not len(jacobian):
         return Rank(count, 0, float("inf"), np.eye(count))
     _, values, right = np.linalg.svd(jacobian, full_matrices=len(jacobian) < count)
-    kept = int(np.sum(values > _ZERO * values[0]))
-    return Rank(count, kept, float(values[kept - 1]), right[kept:])
-
-
-def is_free(motion: Motion, driving: float, rho: Array, found: Rank) -> bool:
-    """Whether a freedom to first order is a real one: pushed along it, the loops close again somewhere else."""
-    free = motion.free
-    for direction in found.directions:
-        moved = []
-        for push in _PUSHES:
-            guess = rho.copy()
-            guess[free] += push * direction
-            state = motion.solve(driving, guess)
-            if state is not None and state.residual <= CLOSED:
-                moved.append(float(np.linalg.norm(state.rho - rho)) / push)
-        if len(moved) == len(_PUSHES) and all(0.5 < share < 2.0 for share in moved):
-            return True
-    return False
+    kept = int(np.sum(values > max(_ZERO * values[0], least)))
+    return Rank(count, kept, float(values[kept - 1]) if kept else float("inf"), right[kept:])
 
 
 def check_freedom(
-    linkage: Linkage, document: Document, held: NDArray[np.bool_], folded: Sequence[Claim], rounding: float
-) -> tuple[Check, Motion | None, list[State]]:
+    linkage: Linkage, document: Document, held: NDArray[np.bool_], folded: Sequence[Claim], rounding: Rounding
+) -> tuple[Check, Motion | None, list[list[State]]]:
     """How many degrees of freedom there are, and that none is left once the driven creases are tied to one angle.
 
-    Returns the check and, where it is ok, the motion with the states of the file by increasing driving angle.
-    ``rounding`` are radians by which the file's states may be off.
+    Returns the check and, where it is ok, the motion with the states of the file by increasing driving angle; states
+    at one driving angle that are not the same stand beside each other.
     """
     sheet = linkage.sheet
     hinges = np.flatnonzero(sheet.inner & ~held)
-    some = [folded[i] for i in np.unique(np.linspace(0, len(folded) - 1, _MOST_STATES).round().astype(int))]
-    whole = [rank(linkage, claim.rho, hinges) for claim in some]
+    some = [folded[i] for i in _some(len(folded))]
+    least_value = rounding.angle_margin(sheet.size)
+    whole = [rank(linkage, claim.rho, hinges, least_value) for claim in some]
     least = min(found.freedoms for found in whole)
     numbers: dict[str, Any] = {"creases": len(hinges), "freedoms": least, "flat_edges_held": int(held.sum())}
     driven = np.zeros(len(held), dtype=np.bool_) if document.driven is None else document.driven & sheet.inner
@@ -94,43 +85,96 @@ def check_freedom(
         numbers["driven"] = int(driven.sum())
     elif least != 1:
         text = f"{least} and the file does not say which creases are driven: which way it moves is open"
-        return Check(_NAME, OPEN, text if least else "0: the loops hold the sheet as it is", numbers), None, []
+        if not least:
+            text = "0: the loops hold the sheet as it is"
+            if least_value:
+                text = f"too imprecise to tell whether the loops hold the sheet: {rounding.words(sheet.size)}"
+        return Check(_NAME, OPEN, text, numbers), None, []
     else:
         drive = _driver(whole[-1].directions[0], hinges, folded, len(held))
     motion = Motion(linkage, held, drive)
-    tied = [rank(linkage, claim.rho, motion.free) for claim in some]
-    left = min(found.freedoms for found in tied)
-    numbers |= {"freedoms_when_driven": left, "smallest_singular_value": min(found.smallest for found in tied)}
-    angles = [_driving(claim, drive, driven) for claim in some]
-    if left and any(is_free(motion, a, c.rho, r) for a, c, r in zip(angles, some, tied, strict=True)):
-        e = int(motion.free[np.abs(tied[-1].directions[0]).argmax()])
-        panels = (int(sheet.beside[e].min()), int(sheet.beside[e].max()))
-        text = (
-            f"{left} left when the driven creases are held: the crease between panels {panels[0]} and {panels[1]} moves"
-        )
-        return Check(_NAME, WRONG, text, numbers | {"edge": e}, panels, math.degrees(angles[-1])), None, []
     states: list[State] = []
-    for claim in sorted(folded, key=lambda claim: _driving(claim, drive, driven)):
+    for claim in folded:
         driving = _driving(claim, drive, driven)
         state = motion.solve(driving, claim.rho)
-        if state is None or np.abs(state.rho - claim.rho).max() > 10.0 * max(SAME_ANGLE, rounding):
+        if state is None or np.abs(wrapped(state.rho - claim.rho)).max() > max(10.0 * SAME_ANGLE, least_value):
             text = f"the loops do not close near {claim.name} with the driven creases at {degrees(driving)}"
+            if least_value:
+                text = f"too imprecise to tell whether {claim.name} can be moved to: {rounding.words(sheet.size)}"
             return Check(_NAME, OPEN, text, numbers), None, []
-        if not states or state.driving - states[-1].driving > 1e-9:
-            states.append(state)
+        states.append(state)
+    picked = [states[i] for i in _some(len(states))]
+    tied = [rank(linkage, state.rho, motion.free, max(least_value, _resolved(state))) for state in picked]
+    left = min(found.freedoms for found in tied)
+    numbers |= {"freedoms_when_driven": left, "smallest_singular_value": min(found.smallest for found in tied)}
+    blocked = ""
+    if left:
+        check = _left(motion, picked, tied)
+        if check.status != OK:
+            return replace(check, numbers=numbers | dict(check.numbers)), None, []
+        blocked = f"; {check.text}"
     tied_to_one = len(hinges) - len(motion.free)
     text = f"1: {len(hinges)} creases, {least} freedom(s), {tied_to_one} crease(s) tied to one driving angle, none left"
+    text += blocked
     if held.any():
-        loose = Motion(linkage, np.zeros_like(held), drive)
-        numbers["flat_edges_could_fold"] = is_free(
-            loose, angles[-1], some[-1].rho, rank(linkage, some[-1].rho, loose.free)
-        )
-        could = ", which could fold" if numbers["flat_edges_could_fold"] else ""
-        text += f"; {int(held.sum())} flat edges held{could}"
-    singular = [degrees(angle) for angle, found in zip(angles, tied, strict=True) if found.freedoms]
+        loose, last = Motion(linkage, np.zeros_like(held), drive), states[-1]
+        found = rank(linkage, last.rho, loose.free, least_value)
+        could = bool(found.freedoms) and explore(loose, last, found.directions)[0] in (Freedom.MOVES, Freedom.MIXES)
+        numbers["flat_edges_could_fold"] = could
+        text += f"; {int(held.sum())} flat edges held{', which could fold' if could else ''}"
+    singular = [degrees(state.driving) for state, found in zip(picked, tied, strict=True) if found.freedoms > left]
     if singular:
         text += f"; singular at {', '.join(singular)}"
-    return Check(_NAME, OK, text, numbers), motion, states
+    return Check(_NAME, OK, text, numbers), motion, _beside(states)
+
+
+def _some(count: int) -> list[int]:
+    """Some of so many states, evenly, the first and the last among them."""
+    return [int(i) for i in np.unique(np.linspace(0, count - 1, _MOST_STATES).round().astype(int))]
+
+
+def _resolved(state: State) -> float:
+    """The singular value below which a state's loops do not close well enough to tell whether it is 0.
+
+    Newton's method is sure of a single solution nearby where residual · curvature / σ² is below 1/2 (Kantorovich).
+    """
+    return math.sqrt(_CURVED * max(state.residual, _EPSILON))
+
+
+def _left(motion: Motion, states: Sequence[State], tied: Sequence[Rank]) -> Check:
+    """What is to be said of freedoms that are left in every state once the driven creases are held."""
+    left = min(found.freedoms for found in tied)
+    blocked, at, wanted, direction = False, len(states) - 1, Freedom.BLOCKED, None
+    for at in reversed(range(len(states))):
+        wanted, direction = explore(motion, states[at], tied[at].directions)
+        if wanted is not Freedom.BLOCKED:
+            break
+        blocked = True
+    if wanted is Freedom.BLOCKED:
+        return Check(_NAME, OK, f"{left} to first order, which second-order terms block")
+    e = int(motion.free[np.abs(direction).argmax()]) if direction is not None else int(motion.free[0])
+    beside = motion.linkage.sheet.beside[e]
+    panels = (int(beside.min()), int(beside.max()))
+    text = f"{left} left when the driven creases are held: "
+    if wanted is Freedom.MOVES:
+        text += f"the crease between panels {panels[0]} and {panels[1]} moves"
+    elif wanted is Freedom.MIXES:
+        text += f"in a mixture of them the crease between panels {panels[0]} and {panels[1]} moves"
+    else:
+        text += f"nothing is shown to block the crease between panels {panels[0]} and {panels[1]}"
+    status = WRONG if wanted is Freedom.MOVES and not blocked else OPEN
+    return Check(_NAME, status, text, {"edge": e}, panels, math.degrees(states[at].driving))
+
+
+def _beside(states: Sequence[State]) -> list[list[State]]:
+    """The states by increasing driving angle; those at one angle that differ stand beside each other."""
+    groups: list[list[State]] = []
+    for state in sorted(states, key=lambda state: state.driving):
+        if not groups or state.driving - groups[-1][0].driving > _SAME_DRIVING:
+            groups.append([state])
+        elif not any(np.abs(wrapped(state.rho - other.rho)).max(initial=0.0) <= _SAME for other in groups[-1]):
+            groups[-1].append(state)
+    return groups
 
 
 def _driving(claim: Claim, drive: Array, driven: NDArray[np.bool_]) -> float:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from origami_lab.fold_format.fold_file import ANGLE, DRIVEN
-from origami_lab.fold_format.reader import FoldReader
+from origami_lab.fold_format.file_digits import Precision
+from origami_lab.fold_format.model import FoldModel, Limits
+from origami_lab.fold_format.model_reader import read_model
 
 Array = NDArray[np.float64]
 Face = tuple[int, ...]
@@ -20,6 +19,7 @@ Face = tuple[int, ...]
 LARGEST_BYTES = 24 * 2**20
 MOST_VERTICES, MOST_EDGES, MOST_FACES, MOST_FRAMES = 2000, 6000, 4000, 400
 """What is verified within a minute or so and well below a gigabyte; real designs stay far below it."""
+_LIMITS = Limits(LARGEST_BYTES, MOST_VERTICES, MOST_EDGES, MOST_FACES, MOST_FRAMES)
 
 
 class Design(Protocol):
@@ -73,6 +73,18 @@ class Document:
     driven: NDArray[np.bool_] | None
     frames: tuple[Frame, ...]
     remarks: tuple[str, ...] = ()
+    loose: NDArray[np.bool_] | None = None
+    """(E,) auxiliary lines, which are no part of the sheet; None where there are none."""
+    unread: tuple[str, ...] = ()
+    """Folded forms that could not be read as states of the crease pattern, and why, a line each."""
+    declared: bool = True
+    """Whether the file says by its classes that it shows a crease pattern, or a folded form."""
+    fault: str = ""
+    """Why the frame that calls itself a crease pattern is none; empty if it is one."""
+    precision: Precision = field(default_factory=Precision)
+    """By how much the numbers of the file may be off for having been rounded."""
+    creator: str = ""
+    """The program that wrote the file, if it says so."""
 
 
 def document_of(source: str | Path | Design) -> Document:
@@ -81,7 +93,7 @@ def document_of(source: str | Path | Design) -> Document:
     Raises :class:`InputError` on a file that is not FOLD or too large.
     """
     if isinstance(source, str | Path):
-        return _Reader(Path(source), LARGEST_BYTES).document()
+        return document_from(read_model(source, limits=_LIMITS))
     count = len(source.edges)
     frames = tuple(
         Frame(f"state {k + 1}", float(angle), source.folded[k], source.fold_angles[k], _letters(source, k))
@@ -98,121 +110,30 @@ def document_of(source: str | Path | Design) -> Document:
     )
 
 
+def document_from(model: FoldModel) -> Document:
+    """What a file shows, as it is to be verified."""
+    count = len(model.edges)
+    return Document(
+        flat=model.flat,
+        edges=model.edges,
+        faces=model.faces,
+        letters=model.letters or ("U",) * count,
+        angles=model.angles,
+        driven=model.driven,
+        frames=tuple(Frame(s.name, s.driving, s.coords, s.angles, s.letters) for s in model.states),
+        remarks=model.remarks,
+        loose=model.loose if model.loose.any() else None,
+        unread=model.unread,
+        declared=model.declared,
+        fault=model.fault,
+        precision=model.precision,
+        creator=model.creator,
+    )
+
+
 def _letters(design: Design, k: int) -> tuple[str, ...]:
     """Assignments as a file would say them; a crease that folds by less than 1e-6 is flat there."""
     return tuple(
         "B" if outer else "F" if abs(angle) <= 1e-6 else "V" if angle > 0.0 else "M"
         for outer, angle in zip(design.boundary, design.fold_angles[k], strict=True)
     )
-
-
-class _Reader(FoldReader):
-    """A reader of other programs' frames and omissions, for which :func:`read_fold` is too strict."""
-
-    def document(self) -> Document:
-        """The whole file."""
-        key = self.load()
-        listed = key.get("file_frames", [])
-        if not isinstance(listed, list) or any(not isinstance(frame, dict) for frame in listed):
-            self.refuse("file_frames", "must be a list of frames")
-        if len(listed) > MOST_FRAMES:
-            self.refuse(f"{len(listed)} frames", f"must be at most {MOST_FRAMES}")
-        frames = [{name: value for name, value in key.items() if name != "file_frames"}, *listed]
-        whole = [self.resolved(frames, index) for index in range(len(frames))]
-        base = next((frame for frame in whole if _is_flat(frame)), None)
-        base = base or next((frame for frame in whole if "vertices_coords" in frame), whole[0])
-        coords = self.coordinates(base, "vertices_coords", None)
-        size = len(coords)
-        edges = self.indices(base, "edges_vertices", size)
-        if any(len(edge) != 2 or edge[0] == edge[1] for edge in edges):
-            self.refuse("edges_vertices", "every edge must be a pair of two different vertices")
-        faces = self.indices(base, "faces_vertices", size) if base.get("faces_vertices") else None
-        if faces is not None and any(len(face) < 3 for face in faces):
-            self.refuse("faces_vertices", "every face must have at least three vertices")
-        for count, most, what in (
-            (size, MOST_VERTICES, "vertices"),
-            (len(edges), MOST_EDGES, "edges"),
-            (len(faces or ()), MOST_FACES, "faces"),
-            (sum(map(len, faces or ())), 2 * MOST_EDGES, "sides of faces"),
-        ):
-            if count > most:
-                self.refuse(f"{count} {what}", f"must be at most {most}")
-        letters = self.letters(base, len(edges))
-        flat = coords[:, :2] if _is_flat(base) else None
-        states, remarks = [], []
-        for index, (own, frame) in enumerate(zip(frames, whole, strict=True)):
-            if frame is base and flat is not None:
-                continue
-            if "vertices_coords" not in frame or _is_flat(frame):
-                continue
-            if frame.get("edges_vertices") != base["edges_vertices"]:
-                remarks.append(f"frame {index} shows another graph and was not looked at")
-                continue
-            states.append(self.frame(index, own, frame, size, len(edges)))
-        driven = self.optional(base, DRIVEN, len(edges), (False, True))
-        return Document(
-            flat=flat,
-            edges=np.array(edges, dtype=np.int64).reshape(-1, 2),
-            faces=faces,
-            letters=letters,
-            angles=self.degrees(base, len(edges)) if flat is not None else None,
-            driven=None if driven is None else np.array(driven, dtype=np.bool_),
-            frames=tuple(states),
-            remarks=tuple(remarks),
-        )
-
-    def resolved(self, frames: list[dict[str, Any]], index: int) -> dict[str, Any]:
-        """A frame with all that it inherits."""
-        chain, seen = [], set()
-        while True:
-            if index in seen:
-                self.refuse("frame_parent", "a frame must not inherit from itself")
-            seen.add(index)
-            chain.append(frames[index])
-            if index == 0 or frames[index].get("frame_inherit") is not True:
-                break
-            parent = frames[index].get("frame_parent", 0)
-            if isinstance(parent, bool) or not isinstance(parent, int) or not 0 <= parent < len(frames):
-                self.refuse("frame_parent", f"must be a frame, 0 to {len(frames) - 1}")
-            index = parent
-        whole: dict[str, Any] = {}
-        for frame in reversed(chain):
-            if "frame_classes" not in frame:
-                whole.pop("frame_classes", None)
-            whole |= frame
-        return whole
-
-    def frame(self, index: int, own: Mapping[str, Any], whole: Mapping[str, Any], size: int, count: int) -> Frame:
-        """A folded state."""
-        coords = self.coordinates(whole, "vertices_coords", size)
-        if coords.shape[1] == 2:
-            coords = np.column_stack([coords, np.zeros(size)])
-        degrees = whole.get(ANGLE)
-        return Frame(
-            name=f"frame {index}",
-            driving=None if degrees is None else math.radians(self.number(degrees, ANGLE, 360.0)),
-            coords=coords,
-            angles=self.degrees(own, count),
-            letters=self.letters(whole, count),
-        )
-
-    def letters(self, frame: Mapping[str, Any], count: int) -> tuple[str, ...]:
-        """Assignments, U where the file has none."""
-        return self.assignments(frame, count) if "edges_assignment" in frame else ("U",) * count
-
-    def degrees(self, frame: Mapping[str, Any], count: int) -> Array | None:
-        """Fold angles in radians, NaN where null; None where the frame has none."""
-        if "edges_foldAngle" not in frame:
-            return None
-        angles = self.angles(frame, count)
-        angles[[value is None for value in frame["edges_foldAngle"]]] = np.nan
-        return angles
-
-
-def _is_flat(frame: Mapping[str, Any]) -> bool:
-    """Whether a frame shows the unfolded sheet: it says so, or it does not say and lies in the plane z = 0."""
-    classes = frame.get("frame_classes", [])
-    coords = frame.get("vertices_coords")
-    if not isinstance(coords, list) or not coords or (isinstance(classes, list) and "foldedForm" in classes):
-        return False
-    return all(isinstance(row, list) and (len(row) == 2 or (len(row) == 3 and row[2] == 0)) for row in coords)

@@ -77,13 +77,24 @@ class Linkage:
             (3·fans,) rotation vectors to first order, (3·fans, E) their derivatives, (fans,) angles in radians.
         """
         count = len(self.sheet.fans)
-        error, angle = np.zeros((count, 3)), np.zeros(count)
         jacobian = np.zeros((count, 3, len(rho)))
+        error, angle = self._around(rho, jacobian)
+        return error.reshape(-1), jacobian.reshape(-1, len(rho)), angle
+
+    def residuals(self, rho: Array) -> Array:
+        """(fans,) angles in radians by which the loops fail to close, at fold angles (E,)."""
+        return self._around(rho, None)[1]
+
+    def _around(self, rho: Array, jacobian: Array | None) -> tuple[Array, Array]:
+        """(fans, 3) errors and (fans,) angles; ``jacobian`` (fans, 3, E) is filled in."""
+        count = len(self.sheet.fans)
+        error, angle = np.zeros((count, 3)), np.zeros(count)
         for ring in self.rings:
             product = np.broadcast_to(np.eye(3), (len(ring.at), 3, 3))
             for i in range(ring.edges.shape[1]):
                 edges = ring.edges[:, i]
-                jacobian[ring.at, :, edges] = product[:, :, 0]
+                if jacobian is not None:
+                    jacobian[ring.at, :, edges] = product[:, :, 0]
                 product = product @ _turn_x(rho[edges]) @ ring.sectors[:, i]
             skew = np.stack(
                 [
@@ -97,7 +108,7 @@ class Linkage:
             angle[ring.at] = np.arctan2(
                 np.linalg.norm(skew, axis=1) / 2.0, (np.trace(product, axis1=1, axis2=2) - 1.0) / 2.0
             )
-        return error.reshape(-1), jacobian.reshape(-1, len(rho)), angle
+        return error, angle
 
     @cached_property
     def levels(self) -> list[tuple[Indices, Indices, Indices, Indices, Array]]:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
-
 import numpy as np
 
-from origami_lab.verification.flat_sheet import Sheet, SheetError
+from origami_lab.fold_format.laid_flat import PiecesError, UnfoldError, unfold
+from origami_lab.verification.flat_sheet import Sheet, SheetError, UndecidableError
 from origami_lab.verification.fold_document import Document
-from origami_lab.verification.plane_graph import Array, Face, cross
+from origami_lab.verification.plane_graph import Array, Indices, cross
 
 
 def bending(sheet: Sheet, coords: Array) -> Array:
@@ -18,14 +17,41 @@ def bending(sheet: Sheet, coords: Array) -> Array:
     covers lengths of edges, all other distances, and planarity.
     """
     flat = np.column_stack([sheet.points, np.zeros(len(sheet.points))])
-    return np.array([_misfit(flat[list(face)], coords[list(face)]) for face in sheet.faces])
+    out = np.zeros(len(sheet.faces))
+    for numbers, rings in _by_corners(sheet):
+        p, q = (points[rings] - points[rings].mean(axis=1, keepdims=True) for points in (flat, coords))
+        turned = p.transpose(0, 2, 1) @ q
+        usable = np.isfinite(turned).all(axis=(1, 2))
+        u, _, vt = np.linalg.svd(np.where(usable[:, None, None], turned, np.eye(3)))
+        side = np.sign(np.linalg.det(u @ vt))
+        u[:, :, 2] *= np.where(side == 0.0, 1.0, side)[:, None]
+        misfit = np.linalg.norm(p @ u @ vt - q, axis=2).max(axis=1)
+        out[numbers] = np.where(usable, misfit, np.inf) / _widest(p)
+    return out
 
 
-def _misfit(flat: Array, folded: Array) -> float:
-    p, q = flat - flat.mean(axis=0), folded - folded.mean(axis=0)
-    u, _, vt = np.linalg.svd(p.T @ q)
-    turn = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt)) or 1.0]) @ vt
-    return float(np.linalg.norm(p @ turn - q, axis=1).max() / np.linalg.norm(p[:, None] - p[None], axis=2).max())
+def diameters(sheet: Sheet) -> Array:
+    """(F,) the largest distance of two corners of each flat panel."""
+    out = np.zeros(len(sheet.faces))
+    for numbers, rings in _by_corners(sheet):
+        out[numbers] = _widest(sheet.points[rings])
+    return out
+
+
+def _by_corners(sheet: Sheet) -> list[tuple[Indices, Indices]]:
+    """Panels with equally many corners: their numbers (n,) and their rings of vertices (n, corners)."""
+    groups: dict[int, list[int]] = {}
+    for index, face in enumerate(sheet.faces):
+        groups.setdefault(len(face), []).append(index)
+    return [(np.array(some), np.array([sheet.faces[f] for f in some])) for some in groups.values()]
+
+
+def _widest(rings: Array) -> Array:
+    """(n,) the largest distance of two corners of polygons (n, corners, dimensions)."""
+    far = np.zeros(len(rings))
+    for shift in range(1, rings.shape[1] // 2 + 1):  # from corner to corner at each distance along the ring
+        far = np.maximum(far, np.linalg.norm(rings - np.roll(rings, shift, axis=1), axis=2).max(axis=1))
+    return far
 
 
 def length_error(sheet: Sheet, coords: Array) -> tuple[float, int]:
@@ -38,7 +64,12 @@ def length_error(sheet: Sheet, coords: Array) -> tuple[float, int]:
 
 def fold_angles(sheet: Sheet, coords: Array) -> Array:
     """(E,) fold angles measured on folded vertices, in (−π, π], valley positive; 0 on the boundary."""
-    normals = np.array([_normal(coords, face) for face in sheet.faces])
+    normals = np.zeros((len(sheet.faces), 3))
+    for numbers, rings in _by_corners(sheet):
+        rel = coords[rings] - coords[rings[:, :1]]
+        normal = cross(rel, np.roll(rel, -1, axis=1)).sum(axis=1)
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        normals[numbers] = np.where(length > 0.0, normal / np.where(length > 0.0, length, 1.0), [0.0, 0.0, 1.0])
     out = np.zeros(len(sheet.edges))
     inner = np.flatnonzero(sheet.inner)
     left, right = normals[sheet.beside[inner, 0]], normals[sheet.beside[inner, 1]]
@@ -50,57 +81,17 @@ def fold_angles(sheet: Sheet, coords: Array) -> Array:
     return out
 
 
-def _normal(coords: Array, face: Face) -> Array:
-    ring = coords[list(face)] - coords[face[0]]
-    normal = cross(ring, np.roll(ring, -1, axis=0)).sum(axis=0)
-    length = float(np.linalg.norm(normal))
-    return normal / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
-
-
 def unfolded(document: Document, coords: Array) -> Array:
     """(V, 2) the flat sheet of a file that has only folded states, by laying panel after panel into the plane.
 
-    Raises :class:`SheetError` where panels do not fit: the state does not come from one flat sheet.
+    Raises :class:`SheetError` where panels do not fit: the state does not come from one flat sheet;
+    :class:`UndecidableError` where the file does not name its panels.
     """
     if document.faces is None:
-        raise SheetError("a file without a flat crease pattern must name its panels (faces_vertices)")
-    flat = np.full((len(coords), 2), np.nan)
-    size = float(np.ptp(coords, axis=0).max()) or 1.0
-    sides = defaultdict(list)
-    for index, face in enumerate(document.faces):
-        for u, v in zip(face, (*face[1:], face[0]), strict=True):
-            sides[u, v].append(index)
-    if any(len(found) > 1 for found in sides.values()):
-        raise SheetError("panels that share an edge must run along it in opposite directions")
-    first = document.faces[0]
-    flat[[first[0], first[1]]] = [[0.0, 0.0], [float(np.linalg.norm(coords[first[1]] - coords[first[0]])), 0.0]]
-    _lay(flat, coords, first, 0, size)
-    done, queue = {0}, [0]
-    while queue:
-        face = document.faces[queue.pop(0)]
-        for u, v in zip(face, (*face[1:], face[0]), strict=True):
-            for index in sides.get((v, u), ()):
-                if index not in done:
-                    done.add(index)
-                    queue.append(index)
-                    _lay(flat, coords, document.faces[index], document.faces[index].index(v), size)
-    return np.where(np.isnan(flat), 0.0, flat)
-
-
-def _lay(flat: Array, coords: Array, face: Face, start: int, size: float) -> None:
-    """Lay a panel beside its side ``start``, whose ends are in place."""
-    ring = [*face[start:], *face[:start]]
-    p, q = coords[ring[0]], coords[ring[1]]
-    x = (q - p) / (float(np.linalg.norm(q - p)) or 1.0)
-    normal = _normal(coords, face)
-    y = cross(normal, x)
-    a, b = flat[ring[0]], flat[ring[1]]
-    u = (b - a) / (float(np.linalg.norm(b - a)) or 1.0)
-    across = np.array([-u[1], u[0]])
-    for v in ring:
-        d = coords[v] - p
-        place = a + float(d @ x) * u + float(d @ y) * across
-        if np.isnan(flat[v, 0]):
-            flat[v] = place
-        elif np.linalg.norm(flat[v] - place) > 1e-5 * size:
-            raise SheetError(f"the folded panels do not come from one flat sheet: they do not fit around vertex {v}")
+        raise UndecidableError("a file without a flat crease pattern must name its panels (faces_vertices)")
+    try:
+        return np.nan_to_num(unfold(document.faces, coords, 4.0 * document.precision.folded))
+    except PiecesError as error:
+        raise UndecidableError(str(error)) from None
+    except UnfoldError as error:
+        raise SheetError(str(error)) from None

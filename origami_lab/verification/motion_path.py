@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from bisect import bisect
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -11,15 +13,18 @@ import numpy as np
 from origami_lab.verification.certificate import degrees
 from origami_lab.verification.claimed_states import wrapped
 from origami_lab.verification.continuation import SMOOTH, SMOOTHER, Motion, StuckError, between
-from origami_lab.verification.crossing_search import Gap, Sweep
+from origami_lab.verification.crossing_search import Sweep
+from origami_lab.verification.findings import Gap
 from origami_lab.verification.linkage import State
 from origami_lab.verification.panel_pairs import Neighbourhood
 from origami_lab.verification.plane_graph import Array
 
-SAME_STATE = 1e-4
-"""Radians: fold angles of one state, found in two ways."""
-_BEYOND = 1e-3
-"""Radians by which a motion is followed beyond a branch point."""
+SAME_STATE, _EXACTLY = 1e-4, 1e-7
+"""Radians: fold angles of one state, found in two ways, if it is nearly singular, and if it is not."""
+_LOOSE = 1e-10
+"""A smallest singular value that counts as 0 all along an interval."""
+_AT_BRANCH = 1e-6
+"""Radians of driving angle to which a branch point is enclosed."""
 _HALVINGS = 20
 
 
@@ -38,13 +43,15 @@ class Course:
     """Driving angles at which the motion branches and the file changes over to the other branch."""
     flips: list[tuple[float, float]] = field(default_factory=list)
     """Driving angles between which the closure Jacobian is singular, for its determinant changes sign."""
+    loose: list[tuple[float, float]] = field(default_factory=list)
+    """Driving angles between which the closure Jacobian is singular all along: a freedom beside the motion."""
     singular: float = float("inf")
     """The smallest singular value of the closure Jacobian along the motion, in the free creases."""
     singular_at: float = 0.0
 
     def sweep(self, sweep: Sweep, nodes: Sequence[State]) -> None:
         """Sweep the intervals between neighbouring states, and watch how near to singular they are."""
-        before = 0.0
+        before, last = 0.0, float("inf")
         for k, b in enumerate(nodes):
             if sweep.found.crossing is not None:
                 return
@@ -54,8 +61,10 @@ class Course:
             if k:
                 if sign * before < 0.0:
                     self.flips.append((nodes[k - 1].driving, b.driving))
+                if max(smallest, last) <= _LOOSE:
+                    self.loose.append((nodes[k - 1].driving, b.driving))
                 sweep.interval(nodes[k - 1], b)
-            before = sign
+            before, last = sign, smallest
 
 
 def follow(sweep: Sweep, states: Sequence[State]) -> Course:
@@ -71,30 +80,57 @@ def follow(sweep: Sweep, states: Sequence[State]) -> Course:
     for a, b in pairwise(states):
         if sweep.found.crossing is not None:
             break
-        for smooth in (SMOOTH, SMOOTHER):
-            try:
-                nodes = motion.walk(a, b.driving, sweep.most_states // 4, smooth)
-            except StuckError as stuck:
-                course.sweep(sweep, stuck.states)
-                sweep.found.gaps.append(Gap(stuck.states[-1].driving, b.driving, _why(stuck)))
-                nodes = []
-                break
-            missed = float(np.abs(wrapped(nodes[-1].rho - b.rho)).max(initial=0.0))
-            if missed <= SAME_STATE:
-                break
-        if not nodes:
+        most = sweep.most_states // 4
+        try:
+            nodes, missed = _between(motion, a, b, most)
+        except StuckError as stuck:
+            course.sweep(sweep, stuck.states)
+            sweep.found.gaps.append(Gap(stuck.states[-1].driving, b.driving, _why(stuck)))
             continue
-        if missed <= SAME_STATE:
+        if missed <= _sharpness(motion, b):
             course.missed = max(course.missed, missed)
             course.sweep(sweep, nodes)
-        elif (parts := _two_branches(motion, nodes, b, sweep.most_states // 4)) is not None:
-            course.branches.append(parts[0])
-            course.sweep(sweep, parts[1])
-            course.sweep(sweep, parts[2])
+        elif (branch := _two_branches(motion, nodes, b, most)) is not None:
+            where, first, second = branch
+            course.branches.append(where)
+            course.sweep(sweep, first)
+            if sweep.found.crossing is None:
+                sweep.jump(first[-1], second[0], where)
+            course.sweep(sweep, second)
         else:
             why = f"the motion from {degrees(a.driving)} leads to another state than the file's"
             sweep.found.gaps.append(Gap(a.driving, b.driving, why))
     return course
+
+
+def _between(motion: Motion, a: State, b: State, most: int) -> tuple[list[State], float]:
+    """States on the way from one state to another, and by how much the last (or first) one misses it, radians.
+
+    Where another branch runs close by, as near ±180°, the walk may come out on that one: then it is tried with smaller
+    steps, and backwards.
+    """
+    nodes: list[State] = []
+    missed = float("inf")
+    for smooth in (SMOOTH, SMOOTHER):
+        nodes = motion.walk(a, b.driving, most, smooth)
+        missed = _missed(nodes[-1], b)
+        if missed <= _sharpness(motion, b):
+            return nodes, missed
+    with suppress(StuckError):
+        back = motion.walk(b, a.driving, most)[::-1]
+        if (turned := _missed(back[0], a)) <= _sharpness(motion, a):
+            return back, turned
+    return nodes, missed
+
+
+def _missed(found: State, wanted: State) -> float:
+    return float(np.abs(wrapped(found.rho - wanted.rho)).max(initial=0.0))
+
+
+def _sharpness(motion: Motion, state: State) -> float:
+    """How near a state must be come to, radians: the nearer to singular it is the less exactly it is known."""
+    smallest = max(motion.conditioning(state)[0], 1e-12)
+    return min(max(_EXACTLY, 10.0 * max(state.residual, 1e-15) / smallest), SAME_STATE)
 
 
 def _why(stuck: StuckError) -> str:
@@ -149,50 +185,55 @@ def _two_branches(
 ) -> tuple[float, list[State], list[State]] | None:
     """Where the motion from below and the one from ``goal`` downwards meet: a branch point.
 
-    Returns the driving angle and the states on both sides, each followed a little beyond it.
+    Returns the driving angle and the states up to just before it and from just behind it. None if the two do not meet,
+    or pass each other at a distance.
     """
     try:
         down = motion.walk(goal, up[0].driving, most)[::-1]
     except StuckError:
         return None
-    e = int(np.argmax(np.abs(up[-1].rho - goal.rho)))
+    e = int(np.argmax(np.abs(wrapped(up[-1].rho - goal.rho))))
 
-    def both(driving: float) -> tuple[State, State] | None:
-        found = [motion.solve(driving, _along(nodes, driving)) for nodes in (up, down)]
-        return None if found[0] is None or found[1] is None else (found[0], found[1])
+    low, high = (up[0], down[0]), (up[-1], goal)
+    # an angle beyond ±180° is that on the other side
+    for turns in (0.0, 2.0 * np.pi, -2.0 * np.pi):
+        if (low[0].rho[e] - low[1].rho[e] - turns) * (high[0].rho[e] - high[1].rho[e] - turns) < 0.0:
+            break
+    else:
+        return None
 
     def apart(pair: tuple[State, State]) -> float:
-        return float(pair[0].rho[e] - pair[1].rho[e])
+        return float(pair[0].rho[e] - pair[1].rho[e] - turns)
 
-    low, high = up[0].driving, goal.driving
-    at_low, at_high = both(low), both(high)
-    if at_low is None or at_high is None or apart(at_low) * apart(at_high) >= 0.0:
-        return None
-    while high - low > 1e-5:
-        middle = (low + high) / 2.0
-        pair = both(middle)
-        if pair is None:  # the solver does not resolve the branch point itself
+    known = (list(up), list(down))
+    while high[0].driving - low[0].driving > _AT_BRANCH:
+        middle = (low[0].driving + high[0].driving) / 2.0
+        one, other = (_found_between(motion, nodes, middle) for nodes in known)
+        if one is None or other is None:  # the solver does not resolve the branch point itself
             break
-        low, high = (middle, high) if apart(pair) * apart(at_low) > 0.0 else (low, middle)
-    where = (low + high) / 2.0
-    ends = [np.abs(_along(up, where) - _along(down, where)).max()]
-    if max(ends) > 1e-3:
+        if apart((one, other)) * apart(low) > 0.0:
+            low = (one, other)
+        else:
+            high = (one, other)
+    width = high[0].driving - low[0].driving
+    share = apart(low) / (apart(low) - apart(high))
+    rest = (1.0 - share) * wrapped(low[0].rho - low[1].rho) + share * wrapped(high[0].rho - high[1].rho)
+    if np.abs(rest).max() > max(_EXACTLY, 10.0 * width * width):
         return None
-    first = [s for s in up if s.driving < where] + _one(motion, up, min(where + _BEYOND, up[-1].driving))
-    second = _one(motion, down, max(where - _BEYOND, down[0].driving)) + [s for s in down if s.driving > where]
+    where = low[0].driving + share * width
+    first = [s for s in up if s.driving < low[0].driving] + [low[0]]
+    second = [high[1]] + [s for s in down if s.driving > high[1].driving]
     return where, first, second
 
 
-def _one(motion: Motion, nodes: list[State], driving: float) -> list[State]:
-    found = motion.solve(driving, _along(nodes, driving))
-    return [] if found is None else [found]
-
-
-def _along(nodes: list[State], driving: float) -> Array:
-    """(E,) fold angles on the curve through the nodes."""
-    at = min(max(int(np.searchsorted([s.driving for s in nodes], driving)), 1), len(nodes) - 1)
+def _found_between(motion: Motion, nodes: list[State], driving: float) -> State | None:
+    """The state at a driving angle on the curve through the nodes, which it is put among."""
+    at = min(max(bisect([s.driving for s in nodes], driving), 1), len(nodes) - 1)
     a, b = nodes[at - 1], nodes[at]
-    return between(a, b, (driving - a.driving) / (b.driving - a.driving))
+    state = motion.solve(driving, between(a, b, (driving - a.driving) / (b.driving - a.driving)))
+    if state is not None:
+        nodes.insert(at, state)
+    return state
 
 
 def branch_text(course: Course) -> str:

@@ -17,15 +17,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.verification.linkage import Linkage, State
+from origami_lab.verification.measured_panels import diameters
 from origami_lab.verification.plane_graph import Array, Indices, cross
 from origami_lab.verification.sliding_contact import sliding_gap
-from origami_lab.verification.triangle_separation import crossing_depth, gaps, least, separating, separating_cones
+from origami_lab.verification.triangle_separation import (
+    TOUCH,
+    crossing_depth,
+    gaps,
+    least,
+    separating,
+    separating_cones,
+)
 
 SAFETY = 8.0
 _AT_A_TIME = 4096
 _PAIRS = 400_000
 """More pairs than this that are close to each other are not looked at one by one."""
 
+_FLOATING = 2e-13
+"""Of the sheet's size: positions at the end of a long chain of panels are exact to this."""
 _AROUND = 200
 """More triangles than this around one vertex neither."""
 
@@ -53,6 +63,10 @@ class Pairs:
         """Some of the pairs."""
         return Pairs(self.first[which], self.second[which], self.panels[which], self.hinged)
 
+    def turned(self) -> Pairs:
+        """The pairs the other way round: seen from the second panel."""
+        return Pairs(self.second, self.first, self.panels[:, ::-1], self.hinged)
+
     def parts(self) -> Iterator[Pairs]:
         """All pairs, a bounded number at a time: what is worked out for them takes some kilobytes each."""
         for start in range(0, len(self), _AT_A_TIME):
@@ -65,6 +79,8 @@ class Neighbourhood:
     def __init__(self, linkage: Linkage, held: NDArray[np.bool_]) -> None:
         self.linkage, self.sheet = linkage, linkage.sheet
         sheet = self.sheet
+        self.diameters = diameters(sheet)
+        """(F,) the largest distance of two corners of each panel."""
         self.bodies = _bodies(len(sheet.faces), sheet.beside[sheet.inner & held])
         parted = {tuple(sorted(sheet.beside[e])) for e in np.flatnonzero(sheet.inner & ~held) if self._on_sides(int(e))}
         count = len(sheet.triangles)
@@ -106,9 +122,22 @@ class Neighbourhood:
         along = (v - u) / np.linalg.norm(v - u)
         for panel, sign in zip(sheet.beside[e], (1.0, -1.0), strict=True):
             rel = sheet.points[list(sheet.faces[panel])] - u
-            if np.min(sign * (along[0] * rel[:, 1] - along[1] * rel[:, 0])) < -1e-9 * sheet.size:
+            if np.min(sign * (along[0] * rel[:, 1] - along[1] * rel[:, 0])) < -TOUCH * self.diameters[panel]:
                 return False
         return True
+
+    def touch(self, pairs: Pairs) -> Array:
+        """(N,) by how much the panels of pairs may reach into each other and still only touch, a length.
+
+        Their own size counts, not the sheet's: a long panel elsewhere must not widen what is taken for contact.
+        """
+        own = TOUCH * self.diameters[pairs.panels].min(axis=1)
+        return np.asarray(np.maximum(own, _FLOATING * self.sheet.size))
+
+    def shortest(self, pairs: Pairs) -> Array:
+        """(N,) the shortest side that the triangles of pairs have at their common vertex, a length."""
+        sides = [self.linkage.flat[t[:, 1:]] - self.linkage.flat[t[:, :1]] for t in (pairs.first, pairs.second)]
+        return np.asarray(np.linalg.norm(np.concatenate(sides, axis=1), axis=2).min(axis=1))
 
     def close(self, low: Array, high: Array) -> Pairs:
         """The pairs without a common vertex whose boxes (T, 3), (T, 3) overlap."""

@@ -8,10 +8,11 @@ from typing import Any
 
 import pytest
 
+import origami_lab
 from origami_lab.cli import main
 from origami_lab.fold_format.writer import to_fold, write_fold
 from tests.known_designs import closed_forms as designs
-from tests.known_designs.fold_documents import foreign, known_chair, known_design, write
+from tests.known_designs.fold_documents import foreign, known_chair, known_design, strip, write
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +44,7 @@ def test_refuted_names_panels_and_angle(tmp_path: Path, capsys: pytest.CaptureFi
     assert main(["verify", str(tmp_path / "chair.fold"), "--json", "-"]) == 1
     document = json.loads(capsys.readouterr().out)
     assert document["verdict"] == "refuted"
-    assert document["panels"][0] == 0
+    assert len(document["panels"]) == 2
     assert 86.0 < document["angle"] < 87.0
 
 
@@ -86,3 +87,36 @@ def test_hostile(spoil: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str])
     spoil(fold)
     assert main(["verify", str(write(tmp_path / "bad.fold", fold))]) == 2
     assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+FLOOD = {
+    "a million edges": '{"vertices_coords":[[0,0],[1,0],[0,1]],"edges_vertices":[' + "[0,1]," * 1_000_000 + "[1,2]]}",
+    "a million frames": '{"vertices_coords":[[0,0],[1,0],[0,1]],"edges_vertices":[[0,1]],"file_frames":['
+    + "{}," * 1_000_000
+    + "{}]}",
+    "deep": "[" * 1_000_000,
+    "NaN": '{"vertices_coords":[[NaN,0],[1,0],[0,1]],"edges_vertices":[[0,1],[1,2],[2,0]]}',
+    "1e308": '{"vertices_coords":[[1e308,0],[-1e308,0],[0,1e308]],"edges_vertices":[[0,1],[1,2],[2,0]]}',
+    "too long": "[" + "0," * 2**24 + "0]",
+}
+
+
+@pytest.mark.parametrize("command", ["verify", "export"])
+@pytest.mark.parametrize("text", FLOOD.values(), ids=FLOOD)
+def test_floods_are_refused_in_one_line(
+    command: str, text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "flood.fold").write_text(text, encoding="utf-8")
+    arguments = [] if command == "verify" else ["--to", "svg", "--output", str(tmp_path)]
+    assert main([command, str(tmp_path / "flood.fold"), *arguments]) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_looks_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A strip whose panels are stacked: what is looked at is counted, and the certificate says that it ended there."""
+    design = strip((1.0,) * 8, (1, -1) * 3 + (1,), [60.0, 120.0, 175.0])
+    assert origami_lab.verify(design).exit_code == 0
+    monkeypatch.setattr("origami_lab.verification.crossing_search.MOST_LOOKS", 50)
+    certificate = origami_lab.verify(design)
+    assert certificate.exit_code == 3
+    assert "too many states" in certificate.reason

@@ -15,8 +15,8 @@ from origami_lab.objectives.shape import ShapeObjective
 from origami_lab.polish.finer_board import fine_board
 from origami_lab.polish.flat_creases import without_flat_creases
 from origami_lab.polish.laid_design import folded_design
-from origami_lab.polish.pattern_figures import pattern_figures, width_of
-from origami_lab.polish.simplify_design import GameDesign, PolishedDesign, simplify_design
+from origami_lab.polish.pattern_measures import pattern_figures, width_of
+from origami_lab.polish.simplifier import GameDesign, PolishedDesign, simplify_design
 from origami_lab.targets.solids import pyramid as pyramid_target
 from origami_lab.targets.target import Target
 from origami_lab.verification.verify_design import verify

@@ -14,7 +14,7 @@ from origami_lab.game.move_table import ACTIONS, table_of
 from origami_lab.search.neighbourhood.changes import Change
 from origami_lab.search.neighbourhood.growth import DEPTHS, Room
 from origami_lab.search.neighbourhood.one_run import RunDesign
-from origami_lab.search.neighbourhood.relay import relay
+from origami_lab.search.neighbourhood.relaying import relay
 from origami_lab.search.neighbourhood.threshold import Aim
 from origami_lab.search.problem import Problem
 from origami_lab.search.random_stream import Draws
@@ -76,7 +76,7 @@ class Bench:
         return not self.problem.done
 
     def lay(self, change: Change, aim: Aim | None, angle: int, *, recheck: bool = False) -> None:
-        """Lay a changed design (:func:`~origami_lab.search.neighbourhood.relay.relay`), and count what that costs."""
+        """Lay a changed design (:func:`~.relaying.relay`), and count what that costs."""
         self.begin(angle)
         design = change.design
         sheet = self.positions.states, WORK, self.rules, self.plain

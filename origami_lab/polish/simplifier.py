@@ -25,7 +25,7 @@ from origami_lab.polish.flat_creases import without_flat_creases
 from origami_lab.polish.laid_design import folded_design
 from origami_lab.polish.lay_kernel import lay_design
 from origami_lab.polish.measured import own_return
-from origami_lab.polish.pattern_figures import PatternFigures, pattern_figures
+from origami_lab.polish.pattern_measures import PatternFigures, pattern_figures
 from origami_lab.search.dense_check import certified_reach
 from origami_lab.verification.certificate import CERTIFIED, Certificate
 from origami_lab.verification.verify_design import verify

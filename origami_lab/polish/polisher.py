@@ -21,7 +21,7 @@ from origami_lab.polish.finer_board import FineBoard, fine_board
 from origami_lab.polish.laid_design import folded_design, laid_in_cells
 from origami_lab.polish.measured import all_returns, own_return
 from origami_lab.polish.minimax import Minimax
-from origami_lab.polish.soften import FIRST_SIZE, soften
+from origami_lab.polish.softening import FIRST_SIZE, soften
 from origami_lab.polish.tools import Placement, Tools, checked_distance, copy_place
 from origami_lab.polish.variables import variables_of
 from origami_lab.verification.certificate import CERTIFIED, Certificate
