@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from origami_lab.cli import main
+from origami_lab.config.checked_values import ReportOrder
 from origami_lab.config.settings import Settings
 from origami_lab.runs.trial_row import TrialRow
 
@@ -41,6 +42,7 @@ def bare_settings(**changes: Any) -> Settings:
         objective=nothing,
         search=nothing,
         tracking=nothing,
+        report_order=ReportOrder(),
         seeds=(0,),
         seeds_given=True,
         budget=10,

@@ -69,18 +69,26 @@ LATER_KEYS: dict[str, Any] = {"files": "all", "folder_format": 1, "report_order"
 """Settings that came later → what a run meant that does not have them."""
 
 
+LATER_ARGUMENTS: dict[str, dict[str, Any]] = {
+    "origami_lab.search.BreadthFirstSearch": {"aspiration": None, "inside_moves": False},
+    "origami_lab.search.DepthFirstSearch": {"aspiration": None, "inside_moves": False},
+}
+"""Arguments of ours that came later, by the public name → what a run meant that does not have them."""
+
+
 def public_target(path: str) -> str:
     """The public name of a ``_target_``; a path that is no old one of ours stays as it is."""
     return OLD_TARGETS.get(path, path)
 
 
 def with_public_targets(value: Any) -> Any:
-    """A configuration with public names for all ``_target_`` in it, at any depth."""
+    """A configuration with public names for all ``_target_`` in it, at any depth, and the arguments that came later."""
     if isinstance(value, Mapping):
-        return {
-            key: public_target(item) if key == "_target_" and isinstance(item, str) else with_public_targets(item)
-            for key, item in value.items()
-        }
+        found = {key: with_public_targets(item) for key, item in value.items()}
+        if isinstance(path := found.get("_target_"), str):
+            found["_target_"] = public_target(path)
+            found = {**LATER_ARGUMENTS.get(found["_target_"], {}), **found}
+        return found
     return [with_public_targets(item) for item in value] if isinstance(value, list) else value
 
 

@@ -14,7 +14,7 @@ from hydra.errors import (
 )
 from omegaconf.errors import OmegaConfBaseException
 
-from origami_lab.config.option_files import groups, has_key, options_of
+from origami_lab.config.option_files import groups, has_key, options_of, own_keys
 from origami_lab.errors import InputError
 from origami_lab.text import first_line, nearest
 
@@ -100,9 +100,10 @@ def _missing(error: MissingConfigException, arguments: Sequence[str]) -> InputEr
             return InputError("target", value, f"a mesh file is given as target=mesh target.path={value}")
     if not options:
         return InputError(group or "configuration", option, first_line(str(error)))
-    return InputError(
-        group.removeprefix("/"), option, f"must be one of {', '.join(options)}" + nearest(option, options)
-    )
+    group, hint = group.removeprefix("/"), nearest(option, options)
+    if group == "board" and (size := re.fullmatch(r"(\d+)(?:x\1)?", option)):
+        hint = f"; any other size is given as board.size={size[1]}"
+    return InputError(group, option, f"must be one of {', '.join(options)}{hint}")
 
 
 def _ambiguous(key: str, value: str) -> InputError:
@@ -124,6 +125,10 @@ def _unknown(key: str, arguments: Sequence[str], known_keys: Iterable[str]) -> I
         if owners:
             either = " or ".join(f"{group}={option}" for option in owners)
             return InputError(key, value, f"is a key of {either} only: {group}={owners[0]} {key}={value}")
+    chosen = [text.partition("=")[2] for text in arguments if text.partition("=")[0] == group]
+    if name and chosen and (own := own_keys(group, chosen[-1])):
+        meant = nearest(key, [f"{group}.{other}" for other in own])
+        return InputError(key, value, f"there is no such key{meant}; {group}={chosen[-1]} has {', '.join(own)}")
     # part of the key itself is no suggestion
     hint = nearest(key, [other for other in known if not key.startswith(f"{other}.")])
     if not hint and name and group in _WITH_CLASSES:

@@ -11,6 +11,7 @@ import yaml  # type: ignore[import-untyped]
 
 from origami_lab.about import PACKAGE
 from origami_lab.config.earlier_versions import LATER_KEYS
+from origami_lab.config.node import flatten
 from origami_lab.errors import InputError
 from origami_lab.text import first_line, nearest, shorten
 
@@ -89,6 +90,16 @@ def read_options(group: str) -> dict[str, dict[str, Any]]:
         for folder in folders
         for name in options_of(folder)
     }
+
+
+def own_keys(group: str, option: str) -> list[str]:
+    """The keys of an option of ours below its group, dotted; none where there is no such option."""
+    file = groups()[group] / f"{option}.yaml" if group in groups() else None
+    if file is None or not file.is_file():
+        return []
+    content = yaml.safe_load(file.read_text(encoding="utf-8")) or {}
+    own = content.get(group, content)
+    return [key for key in flatten(own) if not key.endswith("_target_")] if isinstance(own, dict) else []
 
 
 def explained_keys() -> dict[str, str]:

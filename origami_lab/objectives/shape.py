@@ -207,8 +207,9 @@ class ShapeEvaluator:
         _, cover, draws = self._yardstick
         for k in sorted(range(self._first, reach), key=lambda k: float(at_least[k])):
             if at_least[k] < best:
-                # samples that are not covered tell sooner than surfaces that it is no better
-                limit = best - float(penalty[k])
+                # samples that are not covered tell sooner than surfaces that it is no better; the distance of surfaces
+                # may be measured too small by its tolerance
+                limit = best - float(penalty[k]) + self._objective.tolerance
                 line = states, i, self._rules, k, cover, draws
                 if limit < math.inf and uncovered_of(*line, float(stray[k]), limit, self._hint) >= limit:
                     continue

@@ -47,8 +47,8 @@ def test_it_shows_itself(tmp_path: Path) -> None:
     html = origami_lab.show(designs.pyramid(), height=SIZE[1] - 60)._repr_html_()
     html = html.replace(escape("</head>"), escape(f"<script>{FRAMES}</script></head>"))
     (tmp_path / "cell.html").write_text(f"<!doctype html><meta charset=utf-8><body>{html}", encoding="utf-8")
-    picture = photograph(tmp_path / "cell.html")
     half = SIZE[0] // 2
+    picture = photograph(tmp_path / "cell.html", until=lambda seen: cold(seen)[60:-90, half:].mean() > 0.02)
     assert cold(picture)[60:-90, half:].mean() > 0.02  # the pyramid's outside is the back of the paper
     pattern = picture[60:-90, :half]
     red, blue = pattern[..., 0] - pattern[..., 2], pattern[..., 2] - pattern[..., 0]

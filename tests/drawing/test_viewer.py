@@ -8,6 +8,7 @@ import json
 import re
 import shutil
 import subprocess
+from collections.abc import Callable
 from html import escape
 from pathlib import Path
 
@@ -54,14 +55,19 @@ def visit(path: Path, *flags: str) -> str:
     return done.stdout
 
 
-def photograph(path: Path, *flags: str) -> np.ndarray:
-    """(H, W, 3) what the window shows."""
+def anything(pixels: np.ndarray) -> bool:
+    """Whether there is more than one colour."""
+    return bool((pixels != pixels[0, 0]).any())
+
+
+def photograph(path: Path, *flags: str, until: Callable[[np.ndarray], bool] = anything) -> np.ndarray:
+    """(H, W, 3) what the window shows, taken again until it shows what is waited for, or for good."""
     picture = path.with_suffix(".png")
-    for _ in range(3):  # on a busy machine it is taken before a frame within the page is drawn at all
+    for _ in range(12):  # on a busy machine it is taken before a frame within the page is drawn at all
         visit(path, f"--screenshot={picture}", *flags)
         with Image.open(picture) as image:
             pixels = np.array(image.convert("RGB")).astype(int)
-        if (pixels != pixels[0, 0]).any():
+        if until(pixels):
             break
     return pixels
 
@@ -215,4 +221,5 @@ def test_pages_that_share_the_script(tmp_path: Path) -> None:
     file = tmp_path / "a.html"
     file.write_text(text.replace("</head>", f"<script>{FRAMES}</script></head>"), encoding="utf-8")
     half = int(0.42 * SIZE[0])
-    assert cold(photograph(file))[60:-90, half:].mean() > 0.02
+    seen = photograph(file, until=lambda picture: cold(picture)[60:-90, half:].mean() > 0.02)
+    assert cold(seen)[60:-90, half:].mean() > 0.02

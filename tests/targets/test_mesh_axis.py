@@ -17,7 +17,7 @@ from origami_lab.config.settings import read_settings
 from origami_lab.config.warnings import remarks
 from origami_lab.errors import InputError
 from origami_lab.export.folded_mesh import write_mesh
-from origami_lab.fold_format.writer import fold_file
+from origami_lab.fold_format.writer import as_fold_file
 from origami_lab.runs.run_folder import RunFolder
 from origami_lab.sweep.studies import SearchJob
 from origami_lab.targets.mesh_target import mesh
@@ -120,8 +120,7 @@ def test_a_run_made_before_is_resumed_with_its_target(folder: Path, capsys: pyte
         for part in (begun, begun["objective"]):
             part["target"] = {key: value for key, value in part["target"].items() if key != "up"}
             part["target"] |= {} if up is None else {"up": up}
-        RunFolder(folder / name).write_config(begun)
-        RunFolder(folder / name).write_target(mesh(folder / "bar.glb", up="z"))
+        RunFolder(folder / name).begin(begun, mesh(folder / "bar.glb", up="z"), None)
     target = (folder / "old/target.ply").read_bytes()
     assert run(folder, *same, "output=old", "resume=true") == 0
     assert (folder / "old/target.ply").read_bytes() == target
@@ -141,7 +140,7 @@ def test_a_sweep_goes_on_as_its_first_trial_began(folder: Path, up: str | None) 
     target = {key: value for key, value in new.config["target"].items() if key != "up"} | (
         {} if up is None else {"up": up}
     )
-    RunFolder(first).write_config({**new.config, "target": target})
+    RunFolder(first).begin({**new.config, "target": target}, None, None)
     kept = SearchJob(declaration).settings(declaration.base)
     assert kept.config["target"].get("up") == (None if up is None else "y")
     assert kept.target is not None
@@ -150,7 +149,7 @@ def test_a_sweep_goes_on_as_its_first_trial_began(folder: Path, up: str | None) 
 
 @pytest.mark.parametrize("kind", ["glb", "stl", "obj", "ply"])
 def test_what_we_export_comes_back_upright(tmp_path: Path, kind: str) -> None:
-    fold = fold_file(designs.pyramid())
+    fold = as_fold_file(designs.pyramid())
     path = tmp_path / f"sheet.{kind}"
     write_mesh(fold, fold.best, path)
     target = mesh(path)
