@@ -19,7 +19,7 @@ import numba
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_WITH_KERNELS = ("geometry", "kinematics", "game", "objectives", "search", "reporting", "polish")
+_WITH_KERNELS = ("geometry", "kinematics", "game", "objectives", "search", "drawing", "polish")
 
 
 def cache_folder() -> Path:

@@ -14,6 +14,8 @@ from pathlib import Path
 import pytest
 import yaml
 
+from origami_lab import jit
+
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "origami_lab"
 STUBS = sorted(PACKAGE.rglob("__init__.pyi"))
@@ -114,6 +116,17 @@ def test_file_and_class_names_have_one_meaning() -> None:
             if isinstance(node, ast.ClassDef):
                 homes[node.name].append(file)
     assert {name: files for name, files in homes.items() if len(files) > 1} == {}
+
+
+def test_the_cache_of_kernels_is_named_by_all_files_that_have_some() -> None:
+    with_kernels = {
+        file.relative_to(PACKAGE).parts[0]
+        for file in MODULES
+        if re.search(r"^@(kernel|inlined)\b", file.read_text(encoding="utf-8"), re.MULTILINE)
+    }
+    assert "geometry" in with_kernels
+    assert with_kernels <= set(jit._WITH_KERNELS)
+    assert all((PACKAGE / name).is_dir() for name in jit._WITH_KERNELS)
 
 
 def test_files_are_of_a_size_to_be_read() -> None:
