@@ -20,6 +20,7 @@ from typing import Protocol
 from origami_lab.about import PACKAGE
 from origami_lab.config.settings import Settings
 from origami_lab.runs.run_folder import read_note
+from origami_lab.streams import open_descriptors
 from origami_lab.text import command_text
 from origami_lab.tracking.store import QUIET, absolute_uri, check_store, default_uri, shown
 
@@ -93,6 +94,7 @@ class MlflowTracker:
         self._ended, self._pushed = set[int](), set[int]()
         self._trouble = self._warned = self._done = False
         self._process: subprocess.Popen[str] | None = None
+        open_descriptors()
         package = str(PACKAGE.parent)
         path = os.pathsep.join(filter(None, (package, os.environ.get("PYTHONPATH"))))
         # -P: nothing in the working directory is imported; a session of its own: Ctrl-C reaches us only
