@@ -186,7 +186,9 @@ class Folder(Text):
 
     def take(self, value: Any) -> Any:
         text = super().take(value)
-        return text if text is REFUSED else expanded(text)
+        path = text if text is REFUSED else expanded(text)
+        # where no home is known it would be a folder of that name
+        return REFUSED if path is not REFUSED and path.parts[:1] == ("~",) else path
 
 
 class ExistingFolder(Folder):

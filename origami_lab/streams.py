@@ -81,9 +81,10 @@ def _shown(error: UnicodeError) -> tuple[bytes, int]:
     """Question marks in place of letters; parts of a file's name that are no letters stay the bytes that they are."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
-    letters = error.object[error.start : error.end]
-    known = (letter.encode("ascii", "surrogateescape" if "\udc80" <= letter <= "\udcff" else "replace") for letter in letters)
-    return b"".join(known), error.end
+    shown = b""
+    for letter in error.object[error.start : error.end]:
+        shown += letter.encode("ascii", "surrogateescape" if "\udc80" <= letter <= "\udcff" else "replace")
+    return shown, error.end
 
 
 def _lead_nowhere(number: int, mode: int) -> None:

@@ -145,7 +145,9 @@ def _orbit(group: SymmetryGroup, point: Point) -> Point:
 
 def _removable(group: SymmetryGroup, moves: Sequence[Move], point: Point) -> str:
     """The end of a message: the vertices that can be removed, the nearest to a point first."""
-    images = {_orbit(group, move.leaf): group.matrices @ np.array(move.leaf) for move in moves if isinstance(move, Extend)}
+    images = {
+        _orbit(group, move.leaf): group.matrices @ np.array(move.leaf) for move in moves if isinstance(move, Extend)
+    }
     near = [min(found.tolist(), key=lambda image: math.dist(image, point)) for found in images.values()]
     near.sort(key=lambda image: (math.dist(image, point), image))
     if not near:

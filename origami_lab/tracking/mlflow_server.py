@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from origami_lab.caches import homeless
 from origami_lab.errors import InputError
 from origami_lab.tracking.store import (
     DEFAULT_STORE,
@@ -93,7 +94,7 @@ def serve_dashboard(store: str, host: str, port: int, say: Callable[[str], None]
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as output:
         # a session of its own: Ctrl-C reaches us only, and we end all of it
         server = subprocess.Popen(
-            command, env={**os.environ, **LIGHT}, stdout=output, stderr=output, start_new_session=True
+            command, env={**os.environ, **homeless(), **LIGHT}, stdout=output, stderr=output, start_new_session=True
         )
         before = {number: signal.signal(number, signal.default_int_handler) for number in ENDING}
         try:

@@ -20,6 +20,7 @@ from urllib.error import HTTPError
 from urllib.parse import urlsplit
 from urllib.request import Request, urlopen
 
+from origami_lab.caches import homeless
 from origami_lab.errors import InputError
 from origami_lab.files import replacing
 from origami_lab.runs.run_folder import RESULTS
@@ -196,6 +197,7 @@ def open_client(uri: str) -> MlflowClient:
     """Connect to a store; a fresh SQLite one is made first, as a whole."""
     for name, value in QUIET.items():
         os.environ.setdefault(name, value)
+    os.environ.update(homeless())
     for name in ("alembic", "mlflow", "urllib3"):
         logging.getLogger(name).setLevel(logging.ERROR)
     with warnings.catch_warnings():

@@ -13,6 +13,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from typing import Any, TypeVar
 
+from origami_lab.caches import KERNELS, kernel_cache
 from origami_lab.errors import InputError
 from origami_lab.streams import make_robust, open_descriptors
 from origami_lab.workers.call_limit import CallLimit, Calls
@@ -54,7 +55,9 @@ class WorkerProcess:
         self.process: SpawnProcess = context.Process(
             target=_serve, args=(serve, theirs, self._limit.number, *arguments), daemon=True
         )
-        with _environment(ONE_THREAD), _hidden_main(), blocked_interrupts(), _no_daemon():
+        kept = kernel_cache()  # what is odd about it is for this process to say, once
+        known = {KERNELS: str(kept.base)} if kept.remark and kept.base else {}
+        with _environment({**ONE_THREAD, **known}), _hidden_main(), blocked_interrupts(), _no_daemon():
             self.process.start()
         theirs.close()
 
