@@ -15,6 +15,7 @@ from pathlib import Path
 from origami_lab.caches import homeless
 from origami_lab.errors import InputError
 from origami_lab.tracking.store import (
+    ARTIFACTS,
     DEFAULT_STORE,
     QUIET,
     StoreError,
@@ -90,7 +91,7 @@ def serve_dashboard(store: str, host: str, port: int, say: Callable[[str], None]
     command = [sys.executable, "-m", "mlflow", "server", "--backend-store-uri", store]
     command += ["--host", host, "--port", str(port), "--workers", "1", "--uvicorn-opts", "--log-level warning"]
     if (file := sqlite_file(store)) is not None:
-        command += ["--default-artifact-root", (file.absolute().parent / "mlartifacts").as_uri()]
+        command += ["--default-artifact-root", (file.absolute().parent / ARTIFACTS).as_uri()]
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as output:
         # a session of its own: Ctrl-C reaches us only, and we end all of it
         server = subprocess.Popen(
