@@ -18,6 +18,7 @@ from origami_lab.config.instantiate import build_game, build_objective
 from origami_lab.config.settings import Settings, read_settings
 from origami_lab.errors import InputError
 from origami_lab.file_names import ACTIONS, BEST, CONFIG, trial_folder
+from origami_lab.files import expanded
 from origami_lab.fold_format.reader import read_fold
 from origami_lab.runs.run_folder import RunFolder
 from origami_lab.runs.trial_row import NO_DESIGN
@@ -62,7 +63,7 @@ def saved_designs(path: Path, overrides: Sequence[str] = (), best: int = 1) -> l
     """
     if isinstance(best, bool) or not isinstance(best, int) or best < 1:
         raise InputError("best", best, "must be a whole number from 1: how many of a run's designs")
-    path = path.expanduser()
+    path = expanded(path)
     if path.is_dir() and (path / CONFIG).is_file():
         if overrides:
             raise InputError("settings", " ".join(overrides), "are the run's own; only a FOLD file can be given some")
