@@ -1,4 +1,4 @@
-"""origami_lab/config/option_files.py."""
+"""The YAML files of the config groups: which options there are, their keys, and the comments that explain them."""
 
 from __future__ import annotations
 
