@@ -65,7 +65,10 @@ _MODULES = {
 """Modules of version 0.1.0 whose names were imported by parts and scripts, and the package that has them now."""
 
 
-LATER_KEYS: dict[str, Any] = {"files": "all", "folder_format": 1, "report_order": {"task": None, "method": None}}
+LATER_KEYS: dict[str, Any] = {
+    **{"files": "all", "folder_format": 1, "report_order": {"task": None, "method": None}},
+    "trust": [],  # never in a file
+}
 """Settings that came later → what a run meant that does not have them."""
 
 
