@@ -85,6 +85,8 @@ def is_writable(folder: Path) -> bool:
         return place.is_dir() and os.access(place, os.W_OK | os.X_OK)
     except OSError:  # a folder on the way that cannot be looked into
         return False
+
+
 def regular_bytes(path: str | os.PathLike[str], most: int) -> bytes:
     """The content of a file that somebody else may have made.
 

@@ -59,6 +59,8 @@ if TYPE_CHECKING:
     from origami_lab.targets.target import Target
 
 RESULTS = Path("results")
+SPARE_BYTES = 2**20
+"""Free bytes that rule out a full disk as the cause of a file that failed."""
 
 WHOSE_CODE = (
     "# A _target_ is called if it is a part of origami-lab's or of your own: what lies in the folder in which you run\n"
@@ -287,10 +289,7 @@ class RunFolder:
         FolderError
             Instead of any OSError, those of the block included.
         """
-        temporary = self.path / f".seed={seed}.{os.getpid()}.tmp"
-        try:
-            shutil.rmtree(temporary, ignore_errors=True)
-            temporary.mkdir()
+        with self._hidden(seed) as temporary:
             yield temporary
             for file in temporary.iterdir():
                 on_disk(file)
@@ -304,15 +303,49 @@ class RunFolder:
                 shutil.rmtree(old, ignore_errors=True)
             else:
                 temporary.replace(final)
+
+    @contextmanager
+    def more_of_trial(self, seed: int, stem: str) -> Iterator[Path]:
+        """A temporary folder whose files go into ``seed=N`` when the block ends, a new result last; none if it raises.
+
+        Parameters
+        ----------
+        stem
+            How their names begin: older files of the trial's that begin so, and are not among them, go.
+
+        Raises
+        ------
+        FolderError
+            Instead of any OSError, those of the block included.
+        """
+        with self._hidden(seed) as temporary:
+            yield temporary
+            files = sorted(temporary.iterdir(), key=lambda file: (file.name == RESULT, file.name))
+            for file in files:
+                on_disk(file)
+            for old in self.trial(seed).glob(f"{stem}*"):
+                if old.name not in {file.name for file in files}:
+                    old.unlink()
+            for file in files:
+                file.replace(self.trial(seed) / file.name)
+
+    @contextmanager
+    def _hidden(self, seed: int) -> Iterator[Path]:
+        """An empty folder for files of a trial, which vanishes; an OSError within is a FolderError."""
+        temporary = self.path / f".seed={seed}.{os.getpid()}.tmp"
+        try:
+            shutil.rmtree(temporary, ignore_errors=True)
+            temporary.mkdir()
+            yield temporary
         except OSError as error:
             raise FolderError(error) from error
         finally:
             shutil.rmtree(temporary, ignore_errors=True)
 
-    def require_room(self, size: int) -> None:
-        """Raise OSError unless a file of so many bytes can be written."""
+    def require_room(self, size: int = 0) -> None:
+        """Raise OSError unless a file of so many bytes can be written, and some more: the disk may be full."""
         with tempfile.TemporaryFile(dir=self.path) as file:
-            file.write(os.urandom(size))
+            file.write(os.urandom(size + SPARE_BYTES))
             file.flush()
             os.fsync(file.fileno())
 

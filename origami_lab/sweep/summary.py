@@ -17,7 +17,7 @@ from optuna.trial import TrialState
 
 from origami_lab.config.seeds import format_seeds
 from origami_lab.drawing.figures import png_and_svg
-from origami_lab.experiment.runner import versions
+from origami_lab.experiment.run_summary import versions
 from origami_lab.files import write_whole
 from origami_lab.runs.run_folder import WHOSE_CODE
 from origami_lab.sweep import plots

@@ -169,7 +169,7 @@ def read_declaration(file: Path, changes: Sequence[str] = ()) -> Declaration:
     trusted = [change for change in changes if change.startswith("trust=")]
     trust = Packages().take(_changed({}, trusted)["trust"]) if trusted else ()
     if trust is REFUSED:
-        raise InputError(*trusted[-1].split("=", 1), Packages.expected)
+        raise InputError("trust", trusted[-1].partition("=")[2], Packages.expected)
     for key, example in (
         ("task", "[target=bowl]"),
         ("searcher", "evo"),
