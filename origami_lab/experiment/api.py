@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from origami_lab.config.compose import check_texts, compose_settings, working_directory_importable
 from origami_lab.errors import InputError
 from origami_lab.experiment.runner import Experiment, run_experiment
+from origami_lab.files import expanded
 from origami_lab.runs.result import Result
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def run(overrides: Sequence[str] = (), *, config_dir: str | os.PathLike[str] | N
     from rich.console import Console
 
     given = _checked(overrides)
-    own = None if config_dir is None else Path(config_dir).expanduser()
+    own = None if config_dir is None else expanded(config_dir)
     if own is not None and not own.is_dir():
         raise InputError("config_dir", own, "there is no such folder")
     command = ["origami-lab", *given, *(["--config-dir", str(own)] if own else [])]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -11,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from omegaconf import OmegaConf
+from omegaconf import DictConfig, OmegaConf
 
 from origami_lab.config.compose import compose_settings
 from origami_lab.config.dotted_path import locate
@@ -20,6 +19,7 @@ from origami_lab.config.settings import Settings, read_settings
 from origami_lab.drawing.scene import TargetSurface
 from origami_lab.errors import InputError
 from origami_lab.file_names import ACTIONS, BEST, CONFIG, SEED, trial_folder
+from origami_lab.files import expanded, read_json
 from origami_lab.fold_format.reader import read_fold
 from origami_lab.runs.run_folder import RunFolder
 from origami_lab.runs.trial_row import NO_DESIGN
@@ -75,9 +75,9 @@ def saved_designs(path: Path, overrides: Sequence[str] = (), best: int = 1) -> l
     """
     if isinstance(best, bool) or not isinstance(best, int) or best < 1:
         raise InputError("best", best, "must be a whole number from 1: how many of a run's designs")
-    path = path.expanduser()
+    path = expanded(path)
     if path.is_dir() and (path / CONFIG).is_file():
-        if overrides:
+        if _trusted(overrides)[0]:
             raise InputError("settings", " ".join(overrides), "are the run's own; only a FOLD file can be given some")
         rows = [row for row in RunFolder(path).rows().values() if row.outcome != NO_DESIGN and row.return_ is not None]
         ranked = sorted(rows, key=lambda row: (-row["return"], row.seed))
@@ -112,9 +112,10 @@ def read_saved(file: Path, overrides: Sequence[str] = ()) -> SavedDesign:
     """
     trial = (file.parent / ACTIONS).is_file() and (file.parent.parent / CONFIG).is_file()
     if file.name == BEST and trial:
-        if overrides:
-            raise InputError("settings", " ".join(overrides), "are the run's own; only a FOLD file can be given some")
-        return _of_trial(file)
+        others, trust = _trusted(overrides)
+        if others:
+            raise InputError("settings", " ".join(others), "are the run's own; only a FOLD file can be given some")
+        return _of_trial(file, trust)
     fold = read_fold(file)
     if not fold.actions:
         raise InputError(str(file), "no actions", "must be a FOLD file of a search, which says how it was played")
@@ -129,19 +130,27 @@ def read_saved(file: Path, overrides: Sequence[str] = ()) -> SavedDesign:
     return SavedDesign(game, objective, target, fold.actions, _angle_of(game, fold.metadata, file), fold.metadata, file)
 
 
-def _of_trial(file: Path) -> SavedDesign:
+def _trusted(overrides: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Settings but for the one that names packages to trust, and that one, which a run's own do not have."""
+    trust = [text for text in overrides if text.startswith("trust=")]
+    return [text for text in overrides if text not in trust], trust
+
+
+def _of_trial(file: Path, trust: Sequence[str]) -> SavedDesign:
     from origami_lab.game.game import Game
 
     trial = file.parent
     run = RunFolder(trial.parent)
-    settings = read_settings(OmegaConf.create(run.config()))
+    config = OmegaConf.merge(OmegaConf.create(run.config()), OmegaConf.from_dotlist(list(trust)))
+    assert isinstance(config, DictConfig)
+    settings = read_settings(config)
     target, objective = build_objective(settings)
     if target is not None:
         run.check_target(target)
     with _readable(trial / ACTIONS):
-        saved = json.loads((trial / ACTIONS).read_text(encoding="utf-8"))
+        saved = read_json(trial / ACTIONS)
         given, start = dict(saved["game"]), dict(saved["game"]["start"])
-        given["start"] = locate("start", start.pop("_target_"))(**start)
+        given["start"] = locate("start", start.pop("_target_"), settings.trust)(**start)
         if given.get("capacity") is None:  # the game's own default
             given.pop("capacity", None)
         game = Game(**given)
@@ -158,7 +167,7 @@ def saved_in(trial: Path, game: Game, objective: Any, target: Target | None) -> 
     """
     file = trial / BEST
     with _readable(trial / ACTIONS):
-        saved = json.loads((trial / ACTIONS).read_text(encoding="utf-8"))
+        saved = read_json(trial / ACTIONS)
         actions, angle = tuple(int(action) for action in saved["actions"]), int(saved["angle"])
         run = trial.parent if trial_folder(trial.parent, int(saved["seed"])) == trial else None
     if angle < 0:
@@ -178,12 +187,13 @@ def _readable(file: Path) -> Iterator[None]:
 
 
 def _settings_for(file: Path, task: str, overrides: Sequence[str]) -> Settings:
-    if overrides:
+    others, trust = _trusted(overrides)
+    if others:
         return compose_settings(overrides)
     hint = "which game and objective is it from? Give its settings, such as target=bowl"
     for guess in (f"+experiment=paper/{task}", f"target={task}"):
         try:
-            return compose_settings([guess])
+            return compose_settings([guess, *trust])
         except InputError:
             continue
     raise InputError(str(file), f"task {task or 'unknown'}", hint)

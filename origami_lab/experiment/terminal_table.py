@@ -1,4 +1,4 @@
-"""origami_lab/experiment/terminal_table.py."""
+"""The table that a run prints at its end, and the lines below it."""
 
 from __future__ import annotations
 

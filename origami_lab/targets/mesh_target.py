@@ -1,4 +1,4 @@
-"""origami_lab/targets/mesh_target.py."""
+"""A mesh file of the user's as a target: read, welded, turned, scaled and laid where it is to be met."""
 
 from __future__ import annotations
 

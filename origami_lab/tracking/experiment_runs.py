@@ -10,8 +10,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from omegaconf import DictConfig, OmegaConf
+from omegaconf import OmegaConf
 
+from origami_lab.config.config_file import read_config_file
 from origami_lab.config.node import FREE_TO_CHANGE, flatten
 from origami_lab.config.seeds import format_seeds
 from origami_lab.config.settings import Settings, read_settings
@@ -56,15 +57,7 @@ def read_run(folder: Path) -> Settings:
     InputError
         If its config.yaml cannot be read or is not one.
     """
-    file = folder / CONFIG
-    try:
-        config = OmegaConf.load(file)
-    except Exception as error:
-        lines = str(error).splitlines() or [""]
-        raise InputError("configuration", file, f"cannot be read ({lines[0]})") from error
-    if not isinstance(config, DictConfig):
-        raise InputError("configuration", file, "must be the configuration of a run")
-    return read_settings(config)
+    return read_settings(OmegaConf.create(read_config_file("configuration", folder / CONFIG)))
 
 
 class ExperimentRuns(MlflowLog):
