@@ -14,6 +14,8 @@ from typing import Any, get_args, get_type_hints
 
 VERDICTS = CERTIFIED, REFUTED, UNDECIDED = "certified", "refuted", "not certifiable"
 """Verdicts of certificates; those of :mod:`origami_lab.verification.certificate`."""
+NOT_CHECKED = "not checked"
+"""Stands in the column ``certificate`` for a design that nothing has verified."""
 STATUSES = OK, NO_DESIGN, STOPPED, FAILED = "ok", "no design", "stopped", "failed"
 """First words of a row's status; a failed trial's goes on with a colon and the reason."""
 RETURNS = ("return", "return_vertex", "return_surface", "return_sampled")
@@ -181,7 +183,7 @@ def counts(rows: Iterable[TrialRow]) -> dict[str, int]:
 
 
 def certificates(rows: Iterable[TrialRow]) -> dict[str, list[int]]:
-    """Verdict → the seeds whose best design has it. Older trials, and those of ``files=designs``, have none."""
+    """Verdict, or NOT_CHECKED → the seeds whose best design has it; trials of before there were any have none."""
     found: dict[str, list[int]] = {}
     for row in sorted(rows, key=lambda row: row.seed):
         if row.certificate:
