@@ -182,24 +182,40 @@ class Configuration:
 
     symmetry: str
     start: str
-    board: int
+    board: int | tuple[int, int]
     length: float | None
     growing: bool = False
 
     def game(self, capacity: int | None = None) -> Game:
         start = Square("choose") if self.start == "square" else Crease("choose")
-        return Game(self.board, self.symmetry, start, max_crease_length=self.length, capacity=capacity)
+        width, height = self.sides
+        return Game(
+            symmetry=self.symmetry,
+            start=start,
+            board_width=width,
+            board_height=height,
+            max_crease_length=self.length,
+            capacity=capacity,
+        )
+
+    @property
+    def sides(self) -> tuple[int, int]:
+        """Points of the board along x and along y."""
+        return (self.board, self.board) if isinstance(self.board, int) else self.board
 
     def __str__(self) -> str:
         length = "∞" if self.length is None else f"{self.length:g}"
-        return f"{self.symmetry:>4} {self.start} {self.board:>2} {length:>3}{' grow' if self.growing else ''}"
+        board = f"{self.board:>2}" if isinstance(self.board, int) else "{}x{}".format(*self.board)
+        return f"{self.symmetry:>4} {self.start} {board} {length:>3}{' grow' if self.growing else ''}"
 
 
 def configurations(growing: bool) -> Iterator[Configuration]:
     """Each symmetry group × start pattern × board × maximum crease length."""
     for start, symmetries in (("square", ("none", "y", "x", "xy", "xyd")), ("crease", ("none", "y"))):
         for symmetry in symmetries:
-            for board in (9, 13, 25):
+            # a board that is wider than high has no diagonal symmetry
+            sides: list[tuple[int, int]] = [] if symmetry == "xyd" else [(13, 9), (7, 21)]
+            for board in (9, 13, 25, *sides):
                 for length in (None, 2.9):
                     yield Configuration(symmetry, start, board, length, growing)
 

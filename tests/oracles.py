@@ -100,7 +100,7 @@ def _is_sector(angle: float) -> bool:
 class BoardSheet:
     """The whole sheet, images included, as a counter-clockwise ring of leaves."""
 
-    half: int
+    half: tuple[int, int]
     symmetry: str
     max_length: float | None
     sources_allowed: bool = True
@@ -126,7 +126,7 @@ class BoardSheet:
 
     def playable(self, q: Point) -> bool:
         x, y = q
-        if max(abs(x), abs(y)) > self.half:
+        if abs(x) > self.half[0] or abs(y) > self.half[1]:
             return False
         left, up = x <= 0 or self.symmetry not in ("y", "xy", "xyd"), y >= 0 or "x" not in self.symmetry
         return left and up and (self.symmetry != "xyd" or -x >= y)
@@ -200,7 +200,7 @@ class BoardSheet:
         return {v for v in self.ring if self.playable(v) and self._is_selectable(v)}
 
     def _is_selectable(self, v: Point) -> bool:
-        if max(abs(v[0]), abs(v[1])) >= self.half or len(self.axes(v)) > 1:
+        if abs(v[0]) >= self.half[0] or abs(v[1]) >= self.half[1] or len(self.axes(v)) > 1:
             return False
         prev, following = self.neighbours(v)
         towards = [_minus(w, v) for w in self.incoming[v]]
@@ -333,8 +333,8 @@ class BoardSheet:
         return direction / np.linalg.norm(direction)
 
     def _board(self) -> list[Point]:
-        side = range(-self.half, self.half + 1)
-        return [(x, y) for y in side for x in side]
+        xs, ys = (range(-half, half + 1) for half in self.half)
+        return [(x, y) for y in ys for x in xs]
 
     def _too_long(self, d: Point) -> bool:
         return self.max_length is not None and math.hypot(*d) > self.max_length + EPSILON

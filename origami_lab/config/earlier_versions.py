@@ -65,11 +65,18 @@ _MODULES = {
 """Modules of version 0.1.0 whose names were imported by parts and scripts, and the package that has them now."""
 
 
-LATER_KEYS: dict[str, Any] = {"files": "all", "folder_format": 1, "report_order": {"task": None, "method": None}}
-"""Settings that came later → what a run meant that does not have them."""
+LATER_KEYS: dict[str, Any] = {
+    "files": "all",
+    "folder_format": 1,
+    "report_order": {"task": None, "method": None},
+    "board": {"width": None, "height": None},
+}
+"""Settings that came later → what a run meant that does not have them; of a group, the keys that came later."""
 
 
 LATER_ARGUMENTS: dict[str, dict[str, Any]] = {
+    "origami_lab.targets.mesh": {"board_width": None, "board_height": None},
+    "origami_lab.objectives.BucketObjective": {"norm_of": "leaves"},
     "origami_lab.search.BreadthFirstSearch": {"aspiration": None, "inside_moves": False},
     "origami_lab.search.DepthFirstSearch": {"aspiration": None, "inside_moves": False},
 }
@@ -94,7 +101,11 @@ def with_public_targets(value: Any) -> Any:
 
 def as_of_today(config: Mapping[str, Any]) -> dict[str, Any]:
     """The configuration of a run of any version, with today's names and with all settings."""
-    return {**LATER_KEYS, **with_public_targets(config)}
+    found = {**LATER_KEYS, **with_public_targets(config)}
+    for key, later in LATER_KEYS.items():
+        if isinstance(later, Mapping) and isinstance(found[key], Mapping):
+            found[key] = {**later, **found[key]}
+    return found
 
 
 def new_home(module: str) -> str | None:

@@ -101,8 +101,10 @@ def _missing(error: MissingConfigException, arguments: Sequence[str]) -> InputEr
     if not options:
         return InputError(group or "configuration", option, first_line(str(error)))
     group, hint = group.removeprefix("/"), nearest(option, options)
-    if group == "board" and (size := re.fullmatch(r"(\d+)(?:x\1)?", option)):
-        hint = f"; any other size is given as board.size={size[1]}"
+    if group == "board" and (size := re.fullmatch(r"(\d+)(?:x(\d+))?", option)):
+        square = size[2] in (None, size[1])
+        given = f"board.size={size[1]}" if square else f"board.width={size[1]} board.height={size[2]}"
+        hint = f"; any other size is given as {given}"
     return InputError(group, option, f"must be one of {', '.join(options)}{hint}")
 
 

@@ -65,13 +65,13 @@ def decode(rules: Rules, actions: Sequence[int], states: States) -> list[Move]:
 
 def _index(rules: Rules, point: Point) -> int:
     x, y = point
-    if max(abs(x), abs(y)) > rules.half:
+    if abs(x) > rules.half[0] or abs(y) > rules.half[1]:
         raise ValueError(f"point {point} is not on the board")
-    return (y + rules.half) * rules.board_size + x + rules.half
+    return (y + rules.half[1]) * rules.board[0] + x + rules.half[0]
 
 
 def _point(rules: Rules, index: int) -> Point:
-    return index % rules.board_size - rules.half, index // rules.board_size - rules.half
+    return index % rules.board[0] - rules.half[0], index // rules.board[0] - rules.half[1]
 
 
 def _leaf(states: States, i: int, point: Point) -> int:

@@ -77,7 +77,7 @@ class FromMoves:
     def kind(self) -> int:
         return self._placed.kind
 
-    def placements(self, half: int) -> range:
+    def placements(self, half: tuple[int, int]) -> range:
         try:
             return self._placed.placements(half)
         except InputError as error:
@@ -146,7 +146,8 @@ def _moves_of_actions(path: str | os.PathLike[str], saved: SavedPattern) -> list
         start = Square(placed) if saved.first == SQUARE_FIRST else Crease(placed)
         if saved.game["start"].get("moves"):
             raise ValueError("it has a start pattern of moves, so it must have moves")
-        return Game(saved.game["board_size"], saved.symmetry, start).moves(saved.actions)
+        sides = {name: saved.game.get(name) for name in ("board_width", "board_height")}
+        return Game(saved.game["board_size"], saved.symmetry, start, **sides).moves(saved.actions)
     except KeyError as error:
         raise InputError("start.path", path, f"has actions, so it must have {error} in game, too") from None
     except (ValueError, TypeError) as error:

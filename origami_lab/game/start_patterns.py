@@ -35,7 +35,7 @@ class Start(Protocol):
         """The setting that it comes from, and its value, for messages."""
         ...
 
-    def placements(self, half: int) -> range:
+    def placements(self, half: tuple[int, int]) -> range:
         """The half-widths or heights that may be placed on a board from −half to half; raises InputError."""
         ...
 
@@ -68,15 +68,16 @@ class Square(_Placed):
     size: int | str = CHOOSE
     kind = SQUARE
 
-    def placements(self, half: int) -> range:
+    def placements(self, half: tuple[int, int]) -> range:
         """The half-widths that may be chosen on a board from −half to half; raises InputError."""
+        edge = min(half)
         if self.size == CHOOSE:
-            return range(1, half)
-        if isinstance(self.size, bool) or not isinstance(self.size, int) or not 1 <= self.size < half:
+            return range(1, edge)
+        if isinstance(self.size, bool) or not isinstance(self.size, int) or not 1 <= self.size < edge:
             raise InputError(
                 "start.size",
                 self.size,
-                f"must be a half-width from 1 to {half - 1} on this board (its edge is at {half}), or 'choose'",
+                f"must be a half-width from 1 to {edge - 1} on this board (its edge is at {edge}), or 'choose'",
             )
         return range(self.size, self.size + 1)
 
@@ -97,15 +98,16 @@ class Crease(_Placed):
     position: int | str = CHOOSE
     kind = CREASE
 
-    def placements(self, half: int) -> range:
+    def placements(self, half: tuple[int, int]) -> range:
         """The heights that may be chosen; raises InputError."""
+        edge = half[1]
         if self.position == CHOOSE:
-            return range(1 - half, half)
-        if isinstance(self.position, bool) or not isinstance(self.position, int) or abs(self.position) >= half:
+            return range(1 - edge, edge)
+        if isinstance(self.position, bool) or not isinstance(self.position, int) or abs(self.position) >= edge:
             raise InputError(
                 "start.position",
                 self.position,
-                f"must be a height from {1 - half} to {half - 1} on this board, or 'choose'",
+                f"must be a height from {1 - edge} to {edge - 1} on this board, or 'choose'",
             )
         return range(self.position, self.position + 1)
 

@@ -129,7 +129,7 @@ def fine_board(game: Game, actions: Sequence[int], finer: int) -> FineBoard:
     """
     if isinstance(finer, bool) or not isinstance(finer, int) or not 1 <= finer <= LARGEST_FINER:
         raise InputError("finer", finer, f"must be a whole number from 1 to {LARGEST_FINER}: the parts of a cell")
-    finer = min(finer, MOST_PARTS // game.rules.half)
+    finer = min(finer, MOST_PARTS // max(game.rules.half))
     states = game.replay(actions)
     if int(states["n_extensions"][0]) == 0:
         raise InputError("design", "the start pattern alone", "must have an extension: there is nothing to move")
@@ -165,11 +165,11 @@ def _counts(moves: Moves, corners: int) -> NDArray[np.int64]:
 def _fine_rules(game: Game, finer: int) -> States:
     rules = np.zeros(4, dtype=rules_dtype(ANGLES))
     own = game.rules.record[0]
-    scaled = ("half", "max_length_sq", "first_placement", "n_placements", "angles", "min_reach")
+    scaled = ("half_x", "half_y", "max_length_sq", "first_placement", "n_placements", "angles", "min_reach")
     for name in rules.dtype.names or ():
         if name not in scaled:
             rules[name] = own[name]
-    rules["half"] = game.rules.half * finer
+    rules["half_x"], rules["half_y"] = (half * finer for half in game.rules.half)
     rules["min_reach"] = ANGLES
     rules["max_length_sq"] = (float(own["max_length_sq"]) - 1e-9) * finer**2 + 1e-9
     rules["max_length_sq"][[EXEMPT, EXEMPT_STRICT]], rules["sources"][[EXEMPT, EXEMPT_STRICT]] = math.inf, 1

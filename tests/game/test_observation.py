@@ -20,6 +20,8 @@ GAMES = {
     "two mirrors and a long crease": lambda: Game(13, "x", Square(2)),
     "face": lambda: Game(13, "y", Crease("choose"), max_crease_length=2.9),
     "plain": lambda: Game(9, "none", Crease(0)),
+    "wide": lambda: Game(board_width=11, board_height=7, symmetry="y", start=Square("choose")),
+    "high": lambda: Game(board_width=7, board_height=13, symmetry="x", start=Square("choose")),
 }
 
 
@@ -52,7 +54,7 @@ def seen(view: CompactView | TensorView, states: States) -> NDArray[np.float32]:
 
 def test_the_tensor_shows_the_sheet(game: Game) -> None:
     """Vertices, modes and creases as the sheet that objectives see has them, which is made in another way."""
-    view, seen_extended, half = TensorView(game), 0, game.rules.half
+    view, seen_extended, half = TensorView(game), 0, np.array([game.rules.half]).T
     for states, _ in played(game, 12):
         tensor = seen(view, states)
         if int(states["phase"][0]) != SELECTION:
@@ -76,7 +78,7 @@ def test_the_tensor_shows_the_sheet(game: Game) -> None:
 
 def test_the_tensor_shows_what_is_chosen() -> None:
     game = Game(9, "xy", Square(1))
-    view, n, half = TensorView(game), game.rules.points, game.rules.half
+    view, n, half = TensorView(game), game.rules.points, max(game.rules.half)
     states = game.new_states(1)
 
     def at(x: int, y: int) -> int:
@@ -105,7 +107,7 @@ def test_the_tensor_shows_what_is_chosen() -> None:
 
 def test_a_capped_tensor_is_the_beginning_of_the_whole_one(game: Game) -> None:
     whole, capped = TensorView(game), TensorView(game, 20)
-    assert whole.shape == (game.board_size, game.board_size, game.rules.points + 2)
+    assert whole.shape == (*game.board, game.rules.points + 2)
     for states, _ in played(game, 3):
         full, part = seen(whole, states), seen(capped, states)
         assert np.array_equal(part[:, :, :21], full[:, :, :21])
@@ -127,8 +129,8 @@ def test_the_compact_observation_is_an_order_smaller_and_says_as_much(game: Game
 
 def rebuilt(game: Game, compact: NDArray[np.float32]) -> NDArray[np.int8]:
     group, half = game.symmetry, game.rules.half
-    line = range(-half, half + 1)
-    points = [(x, y) for y in line for x in line if group.playable(np.array([(x, y)]))[0]]
+    columns, rows_of_board = (range(-h, h + 1) for h in half)
+    points = [(x, y) for y in rows_of_board for x in columns if group.playable(np.array([(x, y)]))[0]]
     d = len(points)
     rows = compact[:-PHASES].astype(np.float64).reshape(d, FEATURES)
     assert compact[-PHASES:].sum() == 1
@@ -137,7 +139,7 @@ def rebuilt(game: Game, compact: NDArray[np.float32]) -> NDArray[np.int8]:
     assert sorted(order[order > 0]) == list(range(1, len(vertices) + 1))
     chosen, creases, driven, current = [], [], [], None
     for point, row in zip(points, rows, strict=True):
-        offsets = np.rint(row[3:] * 2 * half).astype(int)
+        offsets = np.rint(row[3:] * 2 * max(half)).astype(int)
         children = [(point[0] + offsets[k], point[1] + offsets[k + 1]) for k in (0, 2, 4) if offsets[k : k + 2].any()]
         creases += [(point, child) for child in children]
         if row[2]:
@@ -155,10 +157,10 @@ def rebuilt(game: Game, compact: NDArray[np.float32]) -> NDArray[np.int8]:
     for vertex in [*vertices, *chosen]:
         for (image,) in images(vertex):
             number.setdefault(image, len(number))
-    out = np.zeros((game.board_size, game.board_size, game.rules.points + 2), dtype=np.int8)
+    out = np.zeros((*game.board, game.rules.points + 2), dtype=np.int8)
 
     def put(at: tuple[int, int], k: int, value: int) -> None:
-        out[at[0] + half, at[1] + half, k] = value
+        out[at[0] + half[0], at[1] + half[1], k] = value
 
     for point, row in zip(points, rows, strict=True):
         for (image,) in images(point):

@@ -120,6 +120,18 @@ def test_abstract_objectives_are_searched_with_a_bound_and_without(searcher: Sea
     assert evaluator.score(states, evaluator.new_memos(1), 0) == Score(outcome.value, outcome.angle)
 
 
+@pytest.mark.parametrize(("width", "height"), [(13, 7), (7, 13)])
+def test_boards_need_not_be_square(searcher: Searcher, width: int, height: int) -> None:
+    game = Game(symmetry="xy", start=Square("choose"), board_width=width, board_height=height, max_crease_length=4)
+    problem = Problem(game, ShapeObjective(cube()), 2500)
+    searcher.search(problem, np.random.default_rng(0))
+    outcome = problem.outcome()
+    assert outcome.succeeded
+    x, y = np.abs(game.design(outcome.actions, outcome.angle).vertices).max(axis=0)
+    assert x <= width // 2
+    assert y <= height // 2
+
+
 def test_an_exhausted_tree_starts_anew(searcher: Searcher) -> None:
     """On 5×5 with a unit square and crease length 1 there is hardly anything to search."""
     problem = Problem(Game(5, "xyd", Square(1), max_crease_length=1), ShapeObjective(cube()), 2000)

@@ -91,7 +91,8 @@ def rules_dtype(angles: int = 10) -> np.dtype[np.void]:
     """Layout of the rules: all that the kernels know of the game besides the state."""
     return _record(
         [
-            ("half", np.int32),  # the board reaches from −half to +half
+            ("half_x", np.int32),  # the board reaches from −half_x to +half_x and from −half_y to +half_y
+            ("half_y", np.int32),
             ("order", np.int32),  # elements of the symmetry group
             ("matrices", np.int32, (8, 4)),
             ("products", np.int32, (8, 8)),
@@ -156,7 +157,7 @@ def axis_of(r: Record, x: int, y: int) -> int:
 
 
 # --- actions ---------------------------------------------------------------------------------------------------------
-# With n = N² points of the board, an action is
+# With n points of the board, an action is
 #   mode·n + point (mode 0 for M = −1, 1 for M = +1)   select a leaf
 #   2n + point                                          choose a location
 #   3n                                                  terminate
@@ -167,23 +168,23 @@ def axis_of(r: Record, x: int, y: int) -> int:
 @inlined
 def board_points(r: Record) -> int:
     """n, the number of points on the board."""
-    return (2 * r.half + 1) * (2 * r.half + 1)
+    return (2 * r.half_x + 1) * (2 * r.half_y + 1)
 
 
 @inlined
 def point_index(r: Record, x: int, y: int) -> int:
     """Index of a board point, row by row from the bottom left."""
-    return (y + r.half) * (2 * r.half + 1) + x + r.half
+    return (y + r.half_y) * (2 * r.half_x + 1) + x + r.half_x
 
 
 @inlined
 def point_x(r: Record, index: int) -> int:
-    return index % (2 * r.half + 1) - r.half
+    return index % (2 * r.half_x + 1) - r.half_x
 
 
 @inlined
 def point_y(r: Record, index: int) -> int:
-    return index // (2 * r.half + 1) - r.half
+    return index // (2 * r.half_x + 1) - r.half_y
 
 
 # --- growing and copying ---------------------------------------------------------------------------------------------
