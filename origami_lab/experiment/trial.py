@@ -83,7 +83,7 @@ def run_trial(
     # a search that ends by itself before its budget is spent is a finished one
     stopped = problem.stopped and outcome.interactions < settings.budget
     row = _row(seed, parts, outcome, design, seconds, stopped)
-    facts = {"task": settings.task, "search": settings.method, "board": parts.game.board_fact}
+    facts: dict[str, object] = {"task": settings.task, "search": settings.method, "board": parts.game.board_fact}
     facts |= {name: row[name] for name in ("seed", "return", "driving_angle", "interactions", "status")}
     if parts.target is not None and parts.target.units_per_cell is not None:
         facts["units_per_cell"] = parts.target.units_per_cell

@@ -146,8 +146,9 @@ def _moves_of_actions(path: str | os.PathLike[str], saved: SavedPattern) -> list
         start = Square(placed) if saved.first == SQUARE_FIRST else Crease(placed)
         if saved.game["start"].get("moves"):
             raise ValueError("it has a start pattern of moves, so it must have moves")
-        sides = {name: saved.game.get(name) for name in ("board_width", "board_height")}
-        return Game(saved.game["board_size"], saved.symmetry, start, **sides).moves(saved.actions)
+        width, height = (saved.game.get(name) for name in ("board_width", "board_height"))
+        game = Game(saved.game["board_size"], saved.symmetry, start, board_width=width, board_height=height)
+        return game.moves(saved.actions)
     except KeyError as error:
         raise InputError("start.path", path, f"has actions, so it must have {error} in game, too") from None
     except (ValueError, TypeError) as error:

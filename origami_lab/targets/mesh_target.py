@@ -140,8 +140,7 @@ def load_mesh(
     vertices = vertices @ _rotation(angles).T
     cells_per_unit = float(scale)
     if fit == "board":
-        wide, high = (FIT_SHARE * 0.5 * (side - 1) for side in board)
-        vertices, factor = _fit(vertices, wide, high)
+        vertices, factor = _fit(vertices, *(FIT_SHARE * 0.5 * (side - 1) for side in board))
         cells_per_unit *= factor
     vertices = vertices * scale + shift
     if place is not None:
@@ -237,16 +236,16 @@ def _rotation(degrees: Array) -> Array:
     return result
 
 
-def _fit(vertices: Array, wide: float, high: float) -> tuple[Array, float]:
+def _fit(vertices: Array, reach_x: float, reach_y: float) -> tuple[Array, float]:
     """Centred over the origin, standing on z = 0, scaled so that it can be folded; by what.
 
-    Half its extent in x plus its height is at most ``wide``, half that in y plus its height ``high``, and one of them
-    is equal.
+    Half its extent in x plus its height is at most ``reach_x``, half that in y plus its height ``reach_y``, and one of
+    them is equal.
     """
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     width, depth, height = high - low
     base = np.array([0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), low[2]])
-    factor = float(min(wide / (0.5 * width + height), high / (0.5 * depth + height)))
+    factor = float(min(reach_x / (0.5 * width + height), reach_y / (0.5 * depth + height)))
     return (vertices - base) * factor, factor
 
 
