@@ -75,6 +75,8 @@ LATER_KEYS: dict[str, Any] = {
 
 
 LATER_ARGUMENTS: dict[str, dict[str, Any]] = {
+    "origami_lab.game.Square": {"position": None},
+    "origami_lab.game.Crease": {"ends": None, "stays": "upper"},
     "origami_lab.targets.mesh": {"board_width": None, "board_height": None},
     "origami_lab.objectives.BucketObjective": {"norm_of": "leaves"},
     "origami_lab.search.BreadthFirstSearch": {"aspiration": None, "inside_moves": False},

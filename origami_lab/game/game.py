@@ -151,7 +151,12 @@ class Game:
 
     def bare_start(self) -> tuple[int, ...]:
         """Actions that lead to a start pattern alone."""
-        return self.start_actions or (int(self.legal(self.new_states(1))[-1]),)
+        if self.start_actions:
+            return self.start_actions
+        states = self.new_states(1)
+        while int(states["phase"][0]) == PLACEMENT:
+            self.play(states, int(self.legal(states)[-1]))
+        return self.finished_actions(states)
 
     def legal(self, states: States, i: int = 0) -> Actions:
         """The legal actions; an episode in progress that has none is marked as ended (stuck)."""

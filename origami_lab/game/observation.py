@@ -6,13 +6,14 @@ of them are driven and with what sign, and the vertex that is being extended wit
 **Tensor**, (w, h, V + 2) of −1, 0, 1 on a board of w × h points, indices [x, y, k] from its lower left corner. k = 0:
 the mode of the vertex at the point. k = 1 … V: its creases, to the k-th vertex of the sheet, mirror images counted: 1
 for an outgoing crease, −1 for an incoming one. A driven crease has no direction: its sign stands at both ends.
-k = V + 1: 1 at the vertex that is being extended, and at its images. The paper's V is w · h.
+k = V + 1: 1 at the vertex that is being extended, and at its images, and at the corners that are
+chosen for the start pattern. The paper's V is w · h.
 
 **Compact**, a vector of :data:`FEATURES` numbers for each playable point of the board, then one for each phase of the
 game. A point holds, all in [−1, 1]: (order of appearance + 1) / number of playable points, 0 where there is no vertex;
-its mode; whether it is being extended; the offsets (x, y) of up to three children, in units of the board's longer side;
-offset and sign of up to two driven creases. Images and their creases follow from the symmetry, so nothing is lost. On
-the bowl's board it is 1,370 numbers; the paper's tensor is 391,875.
+its mode; whether it is being extended, or is chosen for the start pattern; the offsets (x, y) of up to three children,
+in units of the board's longer side; offset and sign of up to two driven creases. Images and their creases follow from
+the symmetry, so nothing is lost. On the bowl's board it is 1,370 numbers; the paper's tensor is 391,875.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from origami_lab.errors import InputError
 from origami_lab.game.game import Game
 from origami_lab.game.kernels.boundary import PREV, near_side
 from origami_lab.game.kernels.state import (
+    PLACEMENT,
     SECOND,
     SELECTION,
     THIRD,
@@ -148,6 +150,8 @@ def write_compact(states: States, i: int, rules: States, slots: Slots, count: in
         v = u >> 3
         x, y = code_x(s, r, w), code_y(s, r, w)
         note_child(s, r, v, child, x, y, slots, unit, out)
+    if s.phase == PLACEMENT:
+        note_picks(s, r, slots, out)
     if s.phase > SELECTION:
         v = s.selected
         at = FEATURES * slots[point_index(r, s.xy[v, 0], s.xy[v, 1])]
@@ -157,6 +161,15 @@ def write_compact(states: States, i: int, rules: States, slots: Slots, count: in
             note_child(s, r, v, 0, s.first_x, s.first_y, slots, unit, out)
         if s.phase == THIRD and not (only and near_side(s, r, v) == PREV):
             note_child(s, r, v, 0 if only else 1, s.second_x, s.second_y, slots, unit, out)
+
+
+@kernel
+def note_picks(s: Record, r: Record, slots: Slots, out: NDArray[np.float32]) -> None:
+    """Mark the places that are chosen for the start pattern so far."""
+    if s.unfinished > 0:
+        out[FEATURES * slots[point_index(r, s.first_x, s.first_y)] + _CURRENT] = 1.0
+    if s.unfinished > 1:
+        out[FEATURES * slots[point_index(r, s.second_x, s.second_y)] + _CURRENT] = 1.0
 
 
 @inlined
@@ -213,6 +226,11 @@ def write_tensor(states: States, i: int, rules: States, out: Image) -> None:
             chosen[n_chosen] = find(x, y, n)
             n = max(n, chosen[n_chosen] + 1)
             n_chosen += 1
+    if s.phase == PLACEMENT:
+        x[0], y[0], x[1], y[1] = s.first_x, s.first_y, s.second_x, s.second_y
+        for k in range(s.unfinished):
+            for g in range(r.order):
+                out[image_x(r, x, y, g, k) + r.half_x, image_y(r, x, y, g, k) + r.half_y, out.shape[2] - 1] = 1
     numbers = np.empty((n, 8), np.int32)
     number_images(r, x, y, n, numbers)
     for g in range(r.order):

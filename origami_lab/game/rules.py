@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from origami_lab.errors import InputError
 from origami_lab.game.kernels import play
 from origami_lab.game.kernels.state import DEFAULT_VERTICES, States, rules_dtype, state_dtype
 from origami_lab.game.rule_settings import RuleSettings
@@ -92,6 +93,11 @@ class Rules:
         rules["sources"], rules["collisions"] = settings.source_action, collisions
         rules["start"], rules["first_placement"] = self.start.kind, placements.start
         rules["n_placements"] = len(placements)
+        for name, value in self.start.fields(self.half, group).items():
+            rules[name] = value
+        if (corners := int(rules["n_corners"])) + 3 > self.capacity:
+            expected = f"must be larger: the start pattern has {corners} corners"
+            raise InputError("capacity", self.capacity, expected)
         return record
 
     @cached_property

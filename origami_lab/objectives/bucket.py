@@ -64,7 +64,7 @@ _LEAVES = -1
 def stays_leaf(s: Record, r: Record, v: int) -> bool:
     """Whether a leaf can never be extended, whatever is played."""
     on_edge = abs(s.xy[v, 0]) >= r.half_x or abs(s.xy[v, 1]) >= r.half_y
-    return on_edge or s.axis[v] < 0 or s.locked[v] != 0
+    return on_edge or s.axis[v] < 0 or s.locked[v] == 1
 
 
 @kernel

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.game.kernels.start_placement import place_start
-from origami_lab.game.kernels.state import SQUARE, Record, States, axis_of, clear, is_playable
+from origami_lab.game.kernels.state import PANEL, SQUARE, Record, States, axis_of, clear, is_playable
 from origami_lab.game.kernels.undo import Notes
 from origami_lab.game.move_table import Points, lay_move
 from origami_lab.jit import inlined, kernel
@@ -23,9 +23,15 @@ def place_is_free(r: Record, x: int, y: int, axis: int) -> bool:
 def lay_start(s: Record, r: Record, layout: Layout, points: Points) -> bool:
     """Lay the start pattern with its corners at their points; returns whether it is one.
 
-    A square keeps its corners on the diagonals, a crease its ends on a line along x.
+    A square keeps its corners on the diagonals, a crease its ends on a line along x; those of any other stay.
     """
     clear(s)
+    if r.start == PANEL:
+        place_start(s, r, 0, layout.moves[0].sign)
+        for v in range(layout.corners):
+            if s.xy[v, 0] != points[v, 0] or s.xy[v, 1] != points[v, 1]:
+                return False
+        return True
     if r.start == SQUARE:
         size = abs(points[0, 0])
         if size < 1 or size >= min(r.half_x, r.half_y):

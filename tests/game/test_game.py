@@ -18,7 +18,7 @@ from origami_lab.game.game import Game
 from origami_lab.game.kernels.play import copy_to, play_uniform
 from origami_lab.game.kernels.state import FIRST, FULL, NOT_FOLDABLE, RUNNING, SELECTION, STUCK, TERMINATED, States
 from origami_lab.game.moves import Extend, Place, Source, Terminate, move_from_dict, move_to_dict
-from origami_lab.game.start_patterns import Crease, Square
+from origami_lab.game.start_patterns import Crease, Panel, Rectangle, Square
 from tests.known_designs.varied_games import CHAIR, CUBE, PYRAMID, chair_game, cube_game, pyramid_game
 
 
@@ -81,6 +81,10 @@ GAMES = {
     "xy": Game(9, "xy", Square("choose")),
     "xyd": Game(25, "xyd", Square("choose"), max_crease_length=2.9),
     "wide": Game(9, "y", Square("choose"), board_width=17),
+    "any rectangle": Game(9, "y", Rectangle()),
+    "any crease": Game(9, "none", Crease(ends="choose", stays="lower")),
+    "beside the centre": Game(11, "y", Square("choose", (0, -1))),
+    "panel": Game(11, "x", Panel(((1, 1), (-2, 2), (-2, -2), (1, -1)), (1, -1, 1, 0))),
 }
 
 

@@ -12,15 +12,20 @@ from origami_lab.errors import InputError
 from origami_lab.game.game import Game
 from origami_lab.game.kernels.state import SELECTION, States
 from origami_lab.game.observation import FEATURES, PHASES, CompactView, TensorView, possible_actions, view_of
-from origami_lab.game.start_patterns import Crease, Square
+from origami_lab.game.start_patterns import Crease, Panel, Rectangle, Square
 
+BARE = Panel(((0, 2), (-2, 1), (-1, -2), (1, -2), (2, 1)), (0, 0, -1, 0, 0))
 GAMES = {
     "bowl": lambda: Game(25, "xyd", Square("choose"), max_crease_length=2.9),
     "pyramid": lambda: Game(9, "xy", Square(1)),
     "two mirrors and a long crease": lambda: Game(13, "x", Square(2)),
     "face": lambda: Game(13, "y", Crease("choose"), max_crease_length=2.9),
     "plain": lambda: Game(9, "none", Crease(0)),
-    "wide": lambda: Game(board_width=11, board_height=7, symmetry="y", start=Square("choose")),
+    "any rectangle": lambda: Game(9, "none", Rectangle()),
+    "any square": lambda: Game(11, "x", Square("choose", "choose")),
+    "any crease": lambda: Game(9, "none", Crease(ends="choose")),
+    "sides that are not driven": lambda: Game(11, "y", BARE),
+    "wide": lambda: Game(board_width=13, board_height=9, symmetry="y", start=Square("choose")),
     "high": lambda: Game(board_width=7, board_height=13, symmetry="x", start=Square("choose")),
 }
 
@@ -137,13 +142,14 @@ def rebuilt(game: Game, compact: NDArray[np.float32]) -> NDArray[np.int8]:
     order = np.rint(rows[:, 0] * d).astype(int)
     vertices = [points[k] for k in sorted(np.flatnonzero(order), key=lambda k: order[k])]
     assert sorted(order[order > 0]) == list(range(1, len(vertices) + 1))
-    chosen, creases, driven, current = [], [], [], None
+    chosen, creases, driven, current = [], [], [], []
     for point, row in zip(points, rows, strict=True):
         offsets = np.rint(row[3:] * 2 * max(half)).astype(int)
         children = [(point[0] + offsets[k], point[1] + offsets[k + 1]) for k in (0, 2, 4) if offsets[k : k + 2].any()]
         creases += [(point, child) for child in children]
         if row[2]:
-            current, chosen = point, [child for child in children if child not in vertices]
+            current.append(point)
+            chosen = [child for child in children if child not in vertices]
         for k in (6, 9):
             if row[3 + k + 2]:
                 driven.append((point, (point[0] + offsets[k], point[1] + offsets[k + 1]), int(row[3 + k + 2])))
@@ -166,7 +172,7 @@ def rebuilt(game: Game, compact: NDArray[np.float32]) -> NDArray[np.int8]:
         for (image,) in images(point):
             if row[1]:
                 put(image, 0, int(row[1]))
-            if point == current:
+            if point in current:
                 put(image, -1, 1)
     for u, w in creases:
         for a, b in images(u, w):

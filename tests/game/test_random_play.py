@@ -8,10 +8,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.random_play import KINDS, STATUSES, Configuration, play_and_check
+from benchmarks.random_play import KINDS, STARTS, STATUSES, Configuration, play_and_check
 from origami_lab.game.kernels.state import STATUS_NAMES
 
-SYMMETRIES = [("square", s) for s in ("none", "y", "x", "xy", "xyd")] + [("crease", "none"), ("crease", "y")]
+SYMMETRIES = [(start, symmetry) for start, (_, symmetries) in STARTS.items() for symmetry in symmetries]
 
 
 @pytest.mark.parametrize(("start", "symmetry"), SYMMETRIES)

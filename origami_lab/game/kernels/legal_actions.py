@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.game.kernels.boundary import NEXT, PREV, is_own_image, mirror_between, near_side, side_is_open
+from origami_lab.game.kernels.start_corners import write_picks
 from origami_lab.game.kernels.state import (
     FIRST,
     PLACEMENT,
@@ -350,6 +351,8 @@ def write_legal_actions(s: Record, r: Record, out: Actions) -> int:
         return 0
     points = board_points(r)
     if s.phase == PLACEMENT:
+        if s.unfinished < r.picks:
+            return write_picks(s, r, out)
         for i in range(2 * r.n_placements):
             out[i] = 3 * points + 5 + i
         return 2 * r.n_placements
