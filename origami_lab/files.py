@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import errno
+import json
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
+
+LARGEST_JSON = 64 * 2**20
+"""Bytes of a JSON file: the record of a study of thousands of trials is a few megabytes."""
 
 
 @contextmanager
@@ -58,9 +65,58 @@ def on_disk(file: Path) -> None:
         os.fsync(stream.fileno())
 
 
-def expanded(path: str | Path) -> Path:
+def expanded(path: str | os.PathLike[str]) -> Path:
     """A path with ``~`` replaced by the user's home, if it is known."""
     try:
         return Path(path).expanduser()
     except RuntimeError:
         return Path(path)
+
+
+def nearest_existing(path: Path) -> Path:
+    """A folder, or the innermost one around it that is there."""
+    return next(place for place in (path, *path.absolute().parents) if place.exists())
+
+
+def is_writable(folder: Path) -> bool:
+    """Whether files can be made in a folder, or the folder itself where it is not there yet."""
+    try:
+        place = nearest_existing(folder)
+        return place.is_dir() and os.access(place, os.W_OK | os.X_OK)
+    except OSError:  # a folder on the way that cannot be looked into
+        return False
+
+
+def regular_bytes(path: str | os.PathLike[str], most: int) -> bytes:
+    """The content of a file that somebody else may have made.
+
+    Raises
+    ------
+    OSError
+        If it is no regular file (a pipe, a device or a folder, which might never end), holds more than ``most`` bytes,
+        or cannot be read.
+    """
+    # without waiting for the other end of a pipe
+    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0))
+    with os.fdopen(descriptor, "rb") as stream:
+        state = os.fstat(descriptor)
+        if not stat.S_ISREG(state.st_mode):
+            raise OSError(errno.EINVAL, f"is {kind_of_file(state.st_mode)}, must be a file", str(path))
+        content = stream.read(most + 1)
+    if len(content) > most:
+        raise OSError(errno.EFBIG, f"is larger than {most / 2**20:.0f} MB", str(path))
+    return content
+
+
+def read_json(path: str | os.PathLike[str], most: int = LARGEST_JSON) -> Any:
+    """The content of a JSON file that somebody else may have made; raises OSError or ValueError if there is none."""
+    try:
+        return json.loads(regular_bytes(path, most))
+    except RecursionError:
+        raise ValueError("is nested too deeply") from None
+
+
+def kind_of_file(mode: int) -> str:
+    """What a path is, by its mode, in a word: a folder, a pipe ..."""
+    kinds = {stat.S_IFDIR: "a folder", stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFREG: "a file"}
+    return kinds.get(stat.S_IFMT(mode), "a device")
