@@ -68,10 +68,12 @@ _MODULES = {
 LATER_KEYS: dict[str, Any] = {
     **{"files": "all", "folder_format": 1, "report_order": {"task": None, "method": None}},
     **{"polish": None, "polish_seconds": None, "polish_simplify": None},
-    "board": {"width": None, "height": None},
     "trust": [],  # never in a file
 }
-"""Settings that came later → what a run meant that does not have them; of a group, the keys that came later."""
+"""Settings that came later → what a run meant that does not have them."""
+
+LATER_IN_GROUPS: dict[str, dict[str, Any]] = {"board": {"width": None, "height": None}}
+"""Keys of groups that came later, likewise."""
 
 
 LATER_ARGUMENTS: dict[str, dict[str, Any]] = {
@@ -83,6 +85,10 @@ LATER_ARGUMENTS: dict[str, dict[str, Any]] = {
     "origami_lab.search.DepthFirstSearch": {"aspiration": None, "inside_moves": False},
 }
 """Arguments of ours that came later, by the public name → what a run meant that does not have them."""
+
+
+OTHER_TODAY: dict[str, tuple[str, ...]] = {"origami_lab.objectives.BucketObjective": ("norm_of",)}
+"""Those of them whose default is another today: a run that goes on keeps to what it meant."""
 
 
 def public_target(path: str) -> str:
@@ -104,9 +110,9 @@ def with_public_targets(value: Any) -> Any:
 def as_of_today(config: Mapping[str, Any]) -> dict[str, Any]:
     """The configuration of a run of any version, with today's names and with all settings."""
     found = {**LATER_KEYS, **with_public_targets(config)}
-    for key, later in LATER_KEYS.items():
-        if isinstance(later, Mapping) and isinstance(found[key], Mapping):
-            found[key] = {**later, **found[key]}
+    for group, later in LATER_IN_GROUPS.items():
+        if isinstance(found.get(group), Mapping):
+            found[group] = {**later, **found[group]}
     return found
 
 

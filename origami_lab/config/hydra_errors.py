@@ -106,9 +106,10 @@ def _missing(error: MissingConfigException, arguments: Sequence[str]) -> InputEr
         return InputError(group or "configuration", option, first_line(str(error)))
     group, hint = group.removeprefix("/"), nearest(option, options)
     if group == "board" and (size := re.fullmatch(r"(\d+)(?:x(\d+))?", option)):
-        square = size[2] in (None, size[1])
-        given = f"board.size={size[1]}" if square else f"board.width={size[1]} board.height={size[2]}"
-        hint = f"; any other size is given as {given}"
+        width, height = int(size[1]), int(size[2] or size[1])
+        if width % 2 and height % 2:
+            given = f"board.size={width}" if width == height else f"board.width={width} board.height={height}"
+            hint = f"; any other size is given as {given}"
     return InputError(group, option, f"must be one of {', '.join(options)}{hint}")
 
 
