@@ -124,7 +124,8 @@ def _search(
 
     def make(found: Outcome) -> CreasePattern:
         design = parts.game.design(found.actions, found.angle)
-        facts = {"task": settings.task, "search": settings.method, "board": parts.game.board_size, "seed": seed}
+        facts: dict[str, object] = {"task": settings.task, "search": settings.method, "seed": seed}
+        facts |= {"board": parts.game.board_fact}
         facts |= {"return": _return(parts, found), "driving_angle": _driving_angle(parts, found)}
         facts |= {"interactions": int(found.interactions), "status": status}
         if parts.target is not None and parts.target.units_per_cell is not None:
