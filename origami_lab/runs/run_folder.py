@@ -21,7 +21,6 @@ import json
 import os
 import re
 import shlex
-import shutil
 import tempfile
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -50,7 +49,7 @@ from origami_lab.file_names import (
     error_file,
     trial_folder,
 )
-from origami_lab.files import on_disk, read_json, write_whole
+from origami_lab.files import on_disk, read_json, remove_folder, require_no_link, write_whole
 from origami_lab.runs.locks import RUNNING, locked
 from origami_lab.runs.trial_row import TrialRow, format_trials, read_trials
 from origami_lab.text import one_line
@@ -71,6 +70,11 @@ _LEFTOVER = re.compile(
 )
 """Names of what is being written, or was when the run was killed."""
 
+
+_OF_A_TRIAL = re.compile(
+    r"(best|motion|pattern|folded|polished|simplified)(_pattern)?\.[\w.]+|(result|actions|certificate)\.json|curve\.csv"
+)
+"""Names of what a trial has written, and of what was made of it later: exports, polished designs."""
 
 NO_ROOM = ("the disk is full", "the disk quota is used up")
 _TROUBLES = {
@@ -163,8 +167,8 @@ class RunFolder:
                 with suppress(OSError):
                     if leftover.name.endswith(".old.tmp") and not final.exists():
                         leftover.replace(final)
-                    elif leftover.is_dir():
-                        shutil.rmtree(leftover)
+                    elif leftover.is_dir() and not leftover.is_symlink():
+                        remove_folder(leftover)
                     else:
                         leftover.unlink()
 
@@ -289,7 +293,7 @@ class RunFolder:
         """
         temporary = self.path / f".seed={seed}.{os.getpid()}.tmp"
         try:
-            shutil.rmtree(temporary, ignore_errors=True)
+            remove_folder(temporary)
             temporary.mkdir()
             yield temporary
             for file in temporary.iterdir():
@@ -298,16 +302,16 @@ class RunFolder:
             final = self.trial(seed)
             if final.exists():  # a stopped trial that ran again
                 old = self.path / f".seed={seed}.old.tmp"
-                shutil.rmtree(old, ignore_errors=True)
-                final.replace(old)
+                remove_folder(old)
+                require_no_link(self.path, final.name).replace(old)
                 temporary.replace(final)
-                shutil.rmtree(old, ignore_errors=True)
+                _keep_others(old, final)
             else:
                 temporary.replace(final)
         except OSError as error:
             raise FolderError(error) from error
         finally:
-            shutil.rmtree(temporary, ignore_errors=True)
+            remove_folder(temporary)
 
     def require_room(self, size: int) -> None:
         """Raise OSError unless a file of so many bytes can be written."""
@@ -354,6 +358,15 @@ def _differences(old: Node, new: Node) -> list[str]:
         for key in sorted(left.keys() | right.keys())
         if left.get(key, missing) != right.get(key, missing)
     ]
+
+
+def _keep_others(old: Path, new: Path) -> None:
+    """Take what is not ours over from a trial's earlier folder, and remove what is."""
+    with suppress(OSError):
+        for file in list(old.iterdir()):
+            if not _OF_A_TRIAL.fullmatch(file.name) and not (new / file.name).exists():
+                file.replace(new / file.name)
+    remove_folder(old)
 
 
 def _start_in(content: bytes) -> Any:
