@@ -9,8 +9,8 @@ from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 from yaml import YAMLError  # type: ignore[import-untyped]
 
+from origami_lab.config.bounded_yaml import yaml_text
 from origami_lab.config.checked_files import check_interpolations
-from origami_lab.config.yaml_text import yaml_text
 from origami_lab.errors import InputError
 from origami_lab.text import first_line
 
