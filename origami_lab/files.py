@@ -143,12 +143,26 @@ def on_disk(file: Path) -> None:
         os.fsync(stream.fileno())
 
 
-def expanded(path: str | Path) -> Path:
+def expanded(path: str | os.PathLike[str]) -> Path:
     """A path with ``~`` replaced by the user's home, if it is known."""
     try:
         return Path(path).expanduser()
     except RuntimeError:
         return Path(path)
+
+
+def nearest_existing(path: Path) -> Path:
+    """A folder, or the innermost one around it that is there."""
+    return next(place for place in (path, *path.absolute().parents) if place.exists())
+
+
+def is_writable(folder: Path) -> bool:
+    """Whether files can be made in a folder, or the folder itself where it is not there yet."""
+    try:
+        place = nearest_existing(folder)
+        return place.is_dir() and os.access(place, os.W_OK | os.X_OK)
+    except OSError:  # a folder on the way that cannot be looked into
+        return False
 
 
 def regular_bytes(path: str | os.PathLike[str], most: int) -> bytes:

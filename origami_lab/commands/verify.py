@@ -14,7 +14,7 @@ from origami_lab.files import write_whole
 def main(arguments: Sequence[str]) -> int:
     """Print the certificate; returns 0 certified, 1 refuted, 3 not certifiable (2, unreadable, is raised)."""
     description = "Check a FOLD file: sheet, panels, loops, one degree of freedom, and that no panels cross on the way."
-    epilog = "Exit codes: 0 certified, 1 refuted, 2 the file cannot be read, 3 not certifiable. See docs/verify.md."
+    epilog = "Exit codes: 0 certified, 1 refuted, 2 the file cannot be read, 3 not certifiable, 70 an error of ours."
     parser = argparse.ArgumentParser("origami-lab verify", description=description, epilog=epilog)
     parser.add_argument(
         "file",

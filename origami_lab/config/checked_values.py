@@ -33,7 +33,7 @@ class Tracking:
 
     kind: Annotated[str, Choice(("mlflow", "none"))] = "mlflow"
     uri: Annotated[str | None, Text("must be an MLflow URI", numbers=False)] = None
-    experiment: Annotated[str | None, Text("must be the name of an MLflow experiment")] = None
+    experiment: Annotated[str | None, Text("must be the name of an MLflow experiment", longest=500)] = None
 
 
 @dataclass(frozen=True)

@@ -67,6 +67,7 @@ _MODULES = {
 
 LATER_KEYS: dict[str, Any] = {
     **{"files": "all", "folder_format": 1, "report_order": {"task": None, "method": None}},
+    **{"polish": None, "polish_seconds": None, "polish_simplify": None},
     "trust": [],  # never in a file
 }
 """Settings that came later → what a run meant that does not have them."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import re
 from collections.abc import Callable, Iterable, Sequence
 
@@ -44,6 +45,9 @@ def explain(
         return error
     if isinstance(error, MissingConfigException):
         return _missing(error, arguments)
+    if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:  # Hydra looks for a group of that name
+        key, _, value = max(arguments, key=lambda text: len(text.partition("=")[0]), default="").partition("=")
+        return InputError(key, value, "is too long for the name of a key")
     if isinstance(error, OSError):  # Hydra makes its folder when all is composed
         return InputError("hydra.run.dir", error.filename, f"must be a folder that can be written ({error.strerror})")
     if isinstance(error, OverrideParseException):

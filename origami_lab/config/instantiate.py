@@ -50,6 +50,8 @@ def build_parts(settings: Settings) -> Parts:
     game = build_game(settings)
     made = _make_all(settings, "target", "objective", "search")
     _let_refuse(settings.search["_target_"], made["search"], game)
+    if settings.polish:
+        _check_polish(settings.polish, made["objective"])
     return Parts(game, made["target"], made["objective"], made["search"])
 
 
@@ -92,6 +94,14 @@ def _let_refuse(name: str, searcher: Any, game: Game) -> None:
         raise
     except Exception as error:
         raise InputError("search", name, f"check_game raised {describe(error)}") from error
+
+
+def _check_polish(steps: int, objective: Any) -> None:
+    """Raise InputError unless designs for the objective can be polished."""
+    from origami_lab.polish.polisher import ONLY_SHAPES, can_be_polished  # here: it brings kernels
+
+    if not can_be_polished(objective):
+        raise InputError("polish", steps, f"must be null: {type(objective).__name__} {ONLY_SHAPES}")
 
 
 def _make(field: str, node: Node, trust: Sequence[str], **extra: Any) -> Any:

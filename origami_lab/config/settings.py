@@ -56,6 +56,12 @@ class Settings:
     """Trials at a time."""
     files: Annotated[str, Choice(("all", "designs"))]
     """``all``, or ``designs``: a trial writes no pictures, motion, viewer or certificate."""
+    polish: Annotated[int | None, Whole(0, 10**9, "must be a number of steps, or null")]
+    """Designs that the polish of a trial's best design lays; None or 0 for no polish."""
+    polish_seconds: Annotated[float | None, Number(0, math.inf, "must be seconds above 0, or null", between=True)]
+    """Longest that it may take; None for no limit."""
+    polish_simplify: Annotated[float | None, Number(0, math.inf, "must be board cells from 0, or null")]
+    """What may be lost for a simpler design at its end; None for nothing to be taken out."""
     objective_seconds: Annotated[float | None, Number(0, math.inf, "must be seconds above 0, or null", between=True)]
     """Longest that one call of a user's objective may take; None for no limit."""
     output: Annotated[Path | None, Folder("must be a folder, or null for a fresh one below results/")]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,9 +16,10 @@ from origami_lab.config.compose import compose_settings
 from origami_lab.config.dotted_path import locate
 from origami_lab.config.instantiate import build_game, build_objective
 from origami_lab.config.settings import Settings, read_settings
+from origami_lab.drawing.scene import TargetSurface
 from origami_lab.errors import InputError
-from origami_lab.file_names import ACTIONS, BEST, CONFIG, trial_folder
-from origami_lab.files import read_json, require_no_link
+from origami_lab.file_names import ACTIONS, BEST, CONFIG, SEED, trial_folder
+from origami_lab.files import expanded, read_json, require_no_link
 from origami_lab.fold_format.reader import read_fold
 from origami_lab.runs.run_folder import RunFolder
 from origami_lab.runs.trial_row import NO_DESIGN
@@ -44,12 +46,23 @@ class SavedDesign:
     """What its file says of it: task, search, seed, return …"""
     file: Path
     """Its FOLD file."""
+    run: Path | None = None
+    """The folder of the run whose trial's best design it is; None for any other file."""
 
-    def beside(self, what: str) -> tuple[Path, str]:
-        """The folder for files about it, and how their names begin: ``what`` for a trial's best design, else with
-        the name of its file before."""
-        stem = what if self.file.name == BEST else f"{self.file.name.removesuffix('.fold')}.{what}"
-        return self.file.parent, stem
+    @property
+    def seed(self) -> int:
+        """The seed of its trial."""
+        return int(self.file.parent.name.removeprefix(SEED))
+
+    @property
+    def surface(self) -> TargetSurface | None:
+        """The target, for pictures."""
+        return None if self.target is None else TargetSurface(self.target.vertices, self.target.faces)
+
+    def stem(self, what: str) -> str:
+        """How the names of files about it begin: ``what`` for a trial's best design, else with the name of its file
+        before."""
+        return what if self.file.name == BEST else f"{self.file.name.removesuffix('.fold')}.{what}"
 
 
 def saved_designs(path: Path, overrides: Sequence[str] = (), best: int = 1) -> list[Path]:
@@ -62,7 +75,7 @@ def saved_designs(path: Path, overrides: Sequence[str] = (), best: int = 1) -> l
     """
     if isinstance(best, bool) or not isinstance(best, int) or best < 1:
         raise InputError("best", best, "must be a whole number from 1: how many of a run's designs")
-    path = path.expanduser()
+    path = expanded(path)
     if path.is_dir() and (path / CONFIG).is_file():
         if _trusted(overrides)[0]:
             raise InputError("settings", " ".join(overrides), "are the run's own; only a FOLD file can be given some")
@@ -139,21 +152,43 @@ def _of_trial(file: Path, trust: Sequence[str]) -> SavedDesign:
     target, objective = build_objective(settings)
     if target is not None:
         run.check_target(target)
-    try:
+    with _readable(trial / ACTIONS):
         saved = read_json(trial / ACTIONS)
         given, start = dict(saved["game"]), dict(saved["game"]["start"])
-        given["start"] = locate("start", start.pop("_target_"))(**start)
+        given["start"] = locate("start", start.pop("_target_"), settings.trust)(**start)
         if given.get("capacity") is None:  # the game's own default
             given.pop("capacity", None)
-        game, actions, angle = Game(**given), tuple(int(action) for action in saved["actions"]), int(saved["angle"])
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(str(trial / ACTIONS), type(error).__name__, f"cannot be read: {error}") from error
+        game = Game(**given)
+    return saved_in(trial, game, objective, target)
+
+
+def saved_in(trial: Path, game: Game, objective: Any, target: Target | None) -> SavedDesign:
+    """The best design in a trial's folder, which was made in a game and for an objective that are there already.
+
+    Raises
+    ------
+    InputError
+        If its files cannot be read, the trial has found none, or the game does not allow its actions.
+    """
+    file = trial / BEST
+    with _readable(trial / ACTIONS):
+        saved = read_json(trial / ACTIONS)
+        actions, angle = tuple(int(action) for action in saved["actions"]), int(saved["angle"])
+        run = trial.parent if trial_folder(trial.parent, int(saved["seed"])) == trial else None
     if angle < 0:
         raise InputError("design", str(trial), "this trial has found none")
     _check_playable(game, actions, file)
-    return SavedDesign(game, objective, target, actions, angle, read_fold(file).metadata, file)
+    return SavedDesign(game, objective, target, actions, angle, read_fold(file).metadata, file, run)
+
+
+@contextmanager
+def _readable(file: Path) -> Iterator[None]:
+    try:
+        yield
+    except InputError:
+        raise
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(str(file), type(error).__name__, f"cannot be read: {error}") from error
 
 
 def _settings_for(file: Path, task: str, overrides: Sequence[str]) -> Settings:

@@ -15,8 +15,10 @@ import numpy as np
 from origami_lab.config.instantiate import Parts, build_parts
 from origami_lab.config.settings import Settings
 from origami_lab.experiment.trial_files import write_files
-from origami_lab.runs.run_folder import RunFolder
-from origami_lab.runs.trial_row import NO_DESIGN, OK, STOPPED, TrialRow
+from origami_lab.file_names import POLISHED, RESULT
+from origami_lab.runs.run_folder import FolderError, RunFolder
+from origami_lab.runs.trial_row import FAILED, NO_DESIGN, OK, STOPPED, TrialRow
+from origami_lab.workers.worker_process import reason_of
 
 if TYPE_CHECKING:
     from origami_lab.game.crease_pattern import CreasePattern
@@ -33,18 +35,36 @@ class Progress:
     """Best return so far, None before the first."""
 
 
+@dataclass(frozen=True)
+class Polishing:
+    """How far the polish of a trial's best design is."""
+
+    seed: int
+    steps: int
+    best: float
+    """Best return so far."""
+
+
+Report = Callable[[Progress | Polishing], None]
+
+
+def is_done(row: TrialRow | None, settings: Settings) -> bool:
+    """Whether there is nothing left to do for a trial, given its row if it has one."""
+    return row is not None and row.spent_budget and not (settings.polish and row.may_be_polished)
+
+
 def run_trial(
     settings: Settings,
     seed: int,
     folder: RunFolder,
-    report: Callable[[Progress], None] | None = None,
+    report: Report | None = None,
     should_stop: Callable[[], bool] | None = None,
     parts: Parts | None = None,
 ) -> tuple[TrialRow, list[str]]:
-    """Search with one seed and write ``seed=N`` into the run folder.
+    """Search with one seed and write ``seed=N`` into the run folder, then polish its best design if that is asked for.
 
-    The result depends on the settings and the seed only, not on the process or on what ran in it before:
-    ``parts`` may be given where they are built already, but not used.
+    A trial that is there as a whole is not searched for again. The result depends on the settings and the seed only,
+    not on the process or on what ran in it before: ``parts`` may be given where they are built already, but not used.
 
     Returns
     -------
@@ -53,8 +73,27 @@ def run_trial(
     Raises
     ------
     FolderError
-        If its files cannot be written; nothing is left of them.
+        If its files cannot be written; nothing is left of those that could not.
     """
+    parts, warnings = parts or build_parts(settings), list[str]()
+    row = folder.rows([seed]).get(seed)
+    if row is None or not row.spent_budget:
+        row, warnings = _search(settings, seed, folder, parts, report, should_stop)
+    if settings.polish and row.may_be_polished and not (should_stop and should_stop()):
+        row, more = _polish(settings, settings.polish, folder, parts, row, report, should_stop)
+        warnings += more
+    return row, warnings
+
+
+def _search(
+    settings: Settings,
+    seed: int,
+    folder: RunFolder,
+    parts: Parts,
+    report: Report | None,
+    should_stop: Callable[[], bool] | None,
+) -> tuple[TrialRow, list[str]]:
+    """The search of a trial, and its files."""
     from origami_lab.objectives.objective import pose
     from origami_lab.search.problem import Problem, SearchEnded
 
@@ -63,7 +102,6 @@ def run_trial(
             best = problem.best_value
             report(Progress(seed, problem.interactions, best if math.isfinite(best) else None))
 
-    parts = parts or build_parts(settings)
     problem = Problem(
         parts.game,
         parts.objective,
@@ -91,6 +129,42 @@ def run_trial(
     design = replace(design, metadata=MappingProxyType(facts))
     with folder.new_trial(seed) as path:
         return write_files(path, folder, settings, parts, outcome, design, row)
+
+
+def _polish(
+    settings: Settings,
+    steps: int,
+    folder: RunFolder,
+    parts: Parts,
+    row: TrialRow,
+    report: Report | None,
+    should_stop: Callable[[], bool] | None,
+) -> tuple[TrialRow, list[str]]:
+    """The row with what came of the polish of the trial's best design; one that fails costs no more than itself."""
+    from origami_lab.experiment.reworked_designs import PolishOptions, polish_trial
+    from origami_lab.experiment.saved_design import saved_in
+
+    options = PolishOptions(steps, seconds=settings.polish_seconds, simplify=settings.polish_simplify)
+    if report is not None:
+        report(Polishing(row.seed, 0, row["return"]))
+    try:
+        done, polished = polish_trial(
+            saved_in(folder.trial(row.seed), parts.game, parts.objective, parts.target),
+            folder,
+            options,
+            pictures=settings.files == "all",
+            on_progress=report and (lambda laid, best: report(Polishing(row.seed, laid, best))),
+            should_stop=should_stop,
+        )
+    except FolderError:
+        raise
+    except Exception as error:
+        reason = reason_of(error)
+        row = replace(row, polish=f"{FAILED}: {reason}")
+        with folder.more_of_trial(row.seed, POLISHED) as path:
+            row.write(path / RESULT)
+        return row, [f"its best design is not polished: {reason}"]
+    return polished or row, list(done.warnings)
 
 
 def random_generator(seed: int) -> np.random.Generator:
@@ -122,6 +196,7 @@ def _row(seed: int, parts: Parts, outcome: Outcome, design: CreasePattern, secon
         status=STOPPED if stopped else OK if outcome.succeeded else NO_DESIGN,
         episodes=int(outcome.episodes),
         rejected=int(outcome.rejected),
+        places_evaluated=int(outcome.places_evaluated),
     )
 
 

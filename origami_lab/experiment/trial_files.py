@@ -38,8 +38,6 @@ if TYPE_CHECKING:
 
 MOTION_STEPS = 24
 """Folded states in motion.fold and motion.gif."""
-SPARE_BYTES = 2**20
-"""Free bytes that rule out a full disk as the cause of a picture that failed."""
 
 
 def write_files(
@@ -71,7 +69,7 @@ def write_files(
             row = replace(row, certificate=verdict)
             warnings += found
         warnings += _draw(path, folder)
-    (path / RESULT).write_text(json.dumps(row.values(), indent=2) + "\n", encoding="utf-8")
+    row.write(path / RESULT)
     return row, warnings
 
 
@@ -164,6 +162,6 @@ def _draw(path: Path, folder: RunFolder) -> list[str]:
             written = (path / name).stat().st_size if (path / name).exists() else 0
             (path / name).unlink(missing_ok=True)
             # Pillow does not say what the system said
-            folder.require_room(written + SPARE_BYTES)
+            folder.require_room(written)
             warnings.append(f"no {name}: {type(error).__name__}: {error}")
     return warnings

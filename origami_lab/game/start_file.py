@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from origami_lab.errors import InputError
+from origami_lab.files import expanded
 from origami_lab.game.moves import Extend, Move, Place, Point, Source, Terminate, move_from_dict
 
 PATTERNS = Path(__file__).parent / "patterns"
@@ -57,7 +58,7 @@ def pattern_path(path: str | os.PathLike[str]) -> Path:
         raise InputError("start.path", path, _OWN)
     if is_own_pattern(path):
         return PATTERNS / f"{path}.json"
-    file = Path(path).expanduser()
+    file = expanded(path)
     try:
         if file.is_dir():
             if not (file / "actions.json").is_file():

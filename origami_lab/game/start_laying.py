@@ -24,6 +24,8 @@ from origami_lab.geometry.groups import SymmetryGroup
 
 LARGEST_ANGLE = 1799
 """Tenths of a degree: below a half-turn, which is degenerate."""
+MOST_NAMED = 24
+"""Vertices that a message lists."""
 
 
 def empty_board(rules: Rules) -> States:
@@ -105,8 +107,8 @@ def cut_off(rules: Rules, moves: Sequence[Move], remove: Iterable[Point]) -> tup
     wanted = set()
     for point in remove:
         if _orbit(group, point) not in extended:
-            expected = "has never been extended" if point in flat else "is not a vertex of the start pattern"
-            raise InputError("start.remove", list(point), f"{expected}: must be an extended vertex")
+            what = "has never been extended" if point in flat else "is not a vertex of the start pattern"
+            raise InputError("start.remove", list(point), f"{what}: {_removable(group, moves, point)}")
         wanted.add(_orbit(group, point))
     table, points = table_of(whole, rules.record, empty_board(rules))
     goes = np.array([_orbit(group, (int(x), int(y))) in wanted for x, y in points[table["leaf"]]], dtype=np.int8)
@@ -139,6 +141,21 @@ def _orbit(group: SymmetryGroup, point: Point) -> Point:
     """One point that stands for all images of a point."""
     x, y = min((group.matrices @ np.array(point, dtype=np.int64)).tolist())
     return x, y
+
+
+def _removable(group: SymmetryGroup, moves: Sequence[Move], point: Point) -> str:
+    """The end of a message: the vertices that can be removed, the nearest to a point first."""
+    images = {
+        _orbit(group, move.leaf): group.matrices @ np.array(move.leaf) for move in moves if isinstance(move, Extend)
+    }
+    near = [min(found.tolist(), key=lambda image: math.dist(image, point)) for found in images.values()]
+    near.sort(key=lambda image: (math.dist(image, point), image))
+    if not near:
+        return "the start pattern has no extended vertex to be removed"
+    named = ", ".join(f"[{x},{y}]" for x, y in near[:MOST_NAMED])
+    more = f" and {len(near) - MOST_NAMED} more" if len(near) > MOST_NAMED else ""
+    images_too = "" if len(group.matrices) == 1 else "; mirror images go with it"
+    return f"must be an extended vertex: {named}{more}{images_too}"
 
 
 def _reach_of(move: Move) -> int:

@@ -13,6 +13,7 @@ from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from origami_lab.errors import InputError
+from origami_lab.files import expanded
 from origami_lab.multirun.launchers import typed_value
 from origami_lab.runs.multirun_folder import INDEX
 from origami_lab.runs.run_folder import RESULTS, fresh_folder
@@ -62,7 +63,7 @@ def multirun_folder(overrides: Sequence[str]) -> Iterator[Path]:
 def _folder(key: str, value: Any) -> Path:
     setup_globals()  # for ${now:...}
     try:
-        return Path(str(OmegaConf.create({"folder": str(value)}).folder)).expanduser()
+        return expanded(str(OmegaConf.create({"folder": str(value)}).folder))
     except OmegaConfBaseException:
         expected = "must be one folder for all jobs; each gets one below it, named by what differs"
         raise InputError(key, value, expected) from None

@@ -28,10 +28,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from omegaconf import OmegaConf
-
-from origami_lab.config.config_file import read_config_file
+from origami_lab.config.config_file import config_text, read_config_file
 from origami_lab.config.earlier_versions import as_of_today, with_public_targets
 from origami_lab.config.node import FREE_TO_CHANGE, Node, check_format, flatten
 from origami_lab.config.settings import Settings
@@ -49,32 +46,24 @@ from origami_lab.file_names import (
     error_file,
     trial_folder,
 )
-from origami_lab.files import on_disk, read_json, remove_folder, require_no_link, write_whole
+from origami_lab.files import on_disk, read_json, remove_files, remove_folder, require_no_link, write_whole
+from origami_lab.runs.kept_files import keep_others
 from origami_lab.runs.locks import RUNNING, locked
+from origami_lab.runs.target_file import ply_bytes
 from origami_lab.runs.trial_row import TrialRow, format_trials, read_trials
-from origami_lab.text import one_line
 
 if TYPE_CHECKING:
     from origami_lab.targets.target import Target
 
 RESULTS = Path("results")
-
-WHOSE_CODE = (
-    "# A _target_ is called if it is a part of origami-lab's or of your own: what lies in the folder in which you run\n"
-    "# this is trusted.\n"
-)
-"""What the head of each written configuration says."""
+SPARE_BYTES = 2**20
+"""Free bytes that rule out a full disk as the cause of a file that failed."""
 
 _LEFTOVER = re.compile(
     r"\.((config\.yaml|target\.ply|start\.json|trials\.csv|(summary|tracking)\.json|seed=\d+\.error\.txt)\.\d+|seed=\d+\.(\d+|old))\.tmp"
 )
 """Names of what is being written, or was when the run was killed."""
 
-
-_OF_A_TRIAL = re.compile(
-    r"(best|motion|pattern|folded|polished|simplified)(_pattern)?\.[\w.]+|(result|actions|certificate)\.json|curve\.csv"
-)
-"""Names of what a trial has written, and of what was made of it later: exports, polished designs."""
 
 NO_ROOM = ("the disk is full", "the disk quota is used up")
 _TROUBLES = {
@@ -250,10 +239,9 @@ class RunFolder:
         try:
             for name, content in files.items():
                 self._check_kept(name, content)
-            text = OmegaConf.to_yaml(OmegaConf.create({**config, "folder_format": FOLDER_FORMAT}))
-            again = one_line(f"origami-lab {shlex.quote(str(self.path / CONFIG))}")
-            head = f"# runs again with: {again}\n{WHOSE_CODE}"
-            write_whole(self.path / CONFIG, head + text, sync=True)  # first: it makes the folder a run's
+            again = f"runs again with: origami-lab {shlex.quote(str(self.path / CONFIG))}"
+            text = config_text([again], {**config, "folder_format": FOLDER_FORMAT})
+            write_whole(self.path / CONFIG, text, sync=True)  # first: it makes the folder a run's
             for name, content in files.items():
                 write_whole(self.path / name, content, sync=True)
         except OSError as error:
@@ -291,10 +279,7 @@ class RunFolder:
         FolderError
             Instead of any OSError, those of the block included.
         """
-        temporary = self.path / f".seed={seed}.{os.getpid()}.tmp"
-        try:
-            remove_folder(temporary)
-            temporary.mkdir()
+        with self._hidden(seed) as temporary:
             yield temporary
             for file in temporary.iterdir():
                 on_disk(file)
@@ -305,34 +290,53 @@ class RunFolder:
                 remove_folder(old)
                 require_no_link(self.path, final.name).replace(old)
                 temporary.replace(final)
-                _keep_others(old, final)
+                keep_others(old, final)
             else:
                 temporary.replace(final)
+
+    @contextmanager
+    def more_of_trial(self, seed: int, stem: str) -> Iterator[Path]:
+        """A temporary folder whose files go into ``seed=N`` when the block ends, a new result last; none if it raises.
+
+        Parameters
+        ----------
+        stem
+            How their names begin: older files of the trial's that begin so, and are not among them, go.
+
+        Raises
+        ------
+        FolderError
+            Instead of any OSError, those of the block included.
+        """
+        with self._hidden(seed) as temporary:
+            yield temporary
+            files = sorted(temporary.iterdir(), key=lambda file: (file.name == RESULT, file.name))
+            for file in files:
+                on_disk(file)
+            trial, names = require_no_link(self.path, self.trial(seed).name), {file.name for file in files}
+            remove_files(trial, [old.name for old in trial.glob(f"{stem}*") if old.name not in names])
+            for file in files:
+                file.replace(trial / file.name)
+
+    @contextmanager
+    def _hidden(self, seed: int) -> Iterator[Path]:
+        """An empty folder for files of a trial, which vanishes; an OSError within is a FolderError."""
+        temporary = self.path / f".seed={seed}.{os.getpid()}.tmp"
+        try:
+            remove_folder(temporary)
+            temporary.mkdir()
+            yield temporary
         except OSError as error:
             raise FolderError(error) from error
         finally:
             remove_folder(temporary)
 
-    def require_room(self, size: int) -> None:
-        """Raise OSError unless a file of so many bytes can be written."""
+    def require_room(self, size: int = 0) -> None:
+        """Raise OSError unless a file of so many bytes can be written, and some more: the disk may be full."""
         with tempfile.TemporaryFile(dir=self.path) as file:
-            file.write(os.urandom(size))
+            file.write(os.urandom(size + SPARE_BYTES))
             file.flush()
             os.fsync(file.fileno())
-
-
-def ply_bytes(vertices: np.ndarray[Any, Any], faces: np.ndarray[Any, Any]) -> bytes:
-    """A triangle mesh, (V, 3) and (F, 3), as binary PLY; by hand: importing trimesh takes a second."""
-    header = (
-        "ply\nformat binary_little_endian 1.0\n"
-        f"element vertex {len(vertices)}\nproperty double x\nproperty double y\nproperty double z\n"
-        f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
-    )
-    records = np.empty(len(faces), dtype=[("count", "u1"), ("corners", "<i4", (3,))])
-    records["count"] = 3
-    records["corners"] = faces
-    body = np.ascontiguousarray(vertices, dtype="<f8").tobytes() + records.tobytes()
-    return header.encode("ascii") + body
 
 
 def fresh_folder(parent: Path, now: datetime) -> Path:
@@ -358,15 +362,6 @@ def _differences(old: Node, new: Node) -> list[str]:
         for key in sorted(left.keys() | right.keys())
         if left.get(key, missing) != right.get(key, missing)
     ]
-
-
-def _keep_others(old: Path, new: Path) -> None:
-    """Take what is not ours over from a trial's earlier folder, and remove what is."""
-    with suppress(OSError):
-        for file in list(old.iterdir()):
-            if not _OF_A_TRIAL.fullmatch(file.name) and not (new / file.name).exists():
-                file.replace(new / file.name)
-    remove_folder(old)
 
 
 def _start_in(content: bytes) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import json
 import math
 import statistics
 from collections.abc import Iterable, Mapping
@@ -16,7 +17,12 @@ VERDICTS = CERTIFIED, REFUTED, UNDECIDED = "certified", "refuted", "not certifia
 """Verdicts of certificates; those of :mod:`origami_lab.verification.certificate`."""
 STATUSES = OK, NO_DESIGN, STOPPED, FAILED = "ok", "no design", "stopped", "failed"
 """First words of a row's status; a failed trial's goes on with a colon and the reason."""
+TIME_LIMIT = "time limit"
+POLISH_ENDS = OK, TIME_LIMIT, STOPPED, FAILED
+"""First words of how a polish ended; a failed one's goes on with a colon and the reason."""
 RETURNS = ("return", "return_vertex", "return_surface", "return_sampled")
+POLISHED_RETURNS = tuple(f"polished_{name}" for name in RETURNS)
+"""Those of a trial's best design once it is polished off the grid."""
 
 Value = int | float | str | None
 
@@ -50,6 +56,18 @@ class TrialRow:
     episodes: int | None = None
     rejected: int | None = None
     certificate: str | None = None
+    places_evaluated: int | None = None
+    """Places that were looked at without being played; they are no interactions."""
+    polish: str | None = None
+    """How the polish of its best design ended: :data:`POLISH_ENDS`; None if there was none."""
+    polish_steps: int | None = None
+    """Designs that it laid."""
+    polished_return: float | None = None
+    polished_return_vertex: float | None = None
+    polished_return_surface: float | None = None
+    polished_return_sampled: float | None = None
+    polished_driving_angle: float | None = None
+    polished_certificate: str | None = None
 
     def __post_init__(self) -> None:
         for column, kind in KINDS.items():
@@ -57,6 +75,8 @@ class TrialRow:
                 raise ValueError(f"{column}={self[column]!r} is not of the kind {kind.__name__}")
         if self.outcome not in STATUSES:
             raise ValueError(f"status={self.status!r} is unknown")
+        if self.polish is not None and self.polish.partition(":")[0] not in POLISH_ENDS:
+            raise ValueError(f"polish={self.polish!r} is unknown")
         if not self.has_failed and (self.return_ is None or self.interactions_to_best is None):
             raise ValueError("a trial that did not fail has a return and interactions_to_best")
 
@@ -84,6 +104,10 @@ class TrialRow:
         found = {column: getattr(self, name) for column, name in _FIELDS.items()}
         return {column: value for column, value in found.items() if value is not None} if self.has_failed else found
 
+    def write(self, file: Path) -> None:
+        """Write the row as a trial's result.json."""
+        file.write_text(json.dumps(self.values(), indent=2) + "\n", encoding="utf-8")
+
     def __getitem__(self, column: str) -> Any:
         """The value of a column whose name is only known as text."""
         return getattr(self, _FIELDS[column])
@@ -106,6 +130,11 @@ class TrialRow:
     def spent_budget(self) -> bool:
         """Whether the trial ran to its end, so that it is comparable with others."""
         return self.outcome in (OK, NO_DESIGN)
+
+    @property
+    def may_be_polished(self) -> bool:
+        """Whether it ran to its end with a design whose polish did not come to its own end."""
+        return self.outcome == OK and self.polish in (None, STOPPED)
 
 
 _FIELDS = {field.name.rstrip("_"): field.name for field in fields(TrialRow)}
@@ -150,10 +179,10 @@ class Spread:
 
 
 def spreads(rows: Iterable[TrialRow]) -> dict[str, Spread]:
-    """Mean ± std of each return over the trials that ran to their end."""
+    """Mean ± std of each return over the trials that ran to their end, and of those of the polished designs."""
     rows = [row for row in rows if row.spent_budget]
     found = {}
-    for column in RETURNS:
+    for column in (*RETURNS, *POLISHED_RETURNS):
         spread = spread_of(row[column] for row in rows if row[column] is not None)
         if spread is not None:
             found[column] = spread
@@ -168,9 +197,9 @@ def spread_of(values: Iterable[float]) -> Spread | None:
     return Spread(statistics.fmean(values), statistics.stdev(values) if len(values) > 1 else None, len(values))
 
 
-def best_row(rows: Iterable[TrialRow]) -> TrialRow | None:
-    """The trial with the highest return; the lowest seed among equals."""
-    scored = [(row.return_, -row.seed, row) for row in rows if row.return_ is not None]
+def best_row(rows: Iterable[TrialRow], column: str = "return") -> TrialRow | None:
+    """The trial with the highest return, or value of another column; the lowest seed among equals."""
+    scored = [(row[column], -row.seed, row) for row in rows if row[column] is not None]
     return max(scored, key=lambda entry: entry[:2])[2] if scored else None
 
 

@@ -16,8 +16,8 @@ from origami_lab.config.instantiate import build_parts
 from origami_lab.config.seeds import format_seeds
 from origami_lab.config.settings import Settings
 from origami_lab.errors import InputError
-from origami_lab.experiment.runner import summarise
-from origami_lab.experiment.trial import run_trial
+from origami_lab.experiment.run_summary import summarise
+from origami_lab.experiment.trial import is_done, run_trial
 from origami_lab.files import require_no_link
 from origami_lab.runs.locks import FolderInUseError
 from origami_lab.runs.run_folder import FolderError, RunFolder
@@ -116,7 +116,7 @@ class Player:
                 folder.begin(settings.config, parts.target, parts.start_to_keep(settings))
             returns: list[float] = []
             for step, seed in enumerate(job.seeds):
-                if seed not in rows or not rows[seed].spent_budget:
+                if not is_done(rows.get(seed), settings):
                     rows[seed] = self._play_seed(held, settings, folder, seed)
                 row = rows[seed]
                 folder.write_trials(rows.values())

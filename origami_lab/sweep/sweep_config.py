@@ -228,6 +228,8 @@ def _changed(values: dict[str, Any], changes: Sequence[str]) -> dict[str, Any]:
             value = OmegaConf.to_container(OmegaConf.from_dotlist([f"value={text}"]))["value"]  # type: ignore[call-overload, index]
         except Exception:
             raise InputError(key, text, "cannot be read as a value") from None
+        if isinstance(value, dict) and not text.strip().startswith("{"):  # YAML's reading of a : at the end
+            value = text
         if dot:
             now = values.get(above)
             now = {"name" if above != "tracking" else "kind": now} if isinstance(now, str) else now

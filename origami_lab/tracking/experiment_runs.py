@@ -26,6 +26,7 @@ from origami_lab.file_names import (
     FOLDED_PNG,
     PATTERN_PNG,
     PATTERN_SVG,
+    POLISHED,
     RESULT,
     SUMMARY,
     TRIALS,
@@ -158,8 +159,8 @@ class ExperimentRuns(MlflowLog):
         metrics = metrics_of({name: value for name, value in row.values().items() if name != "seed"}, ended)
         if path.is_dir() and not failed:
             metrics += _curve(path / CURVE, ended)
-        verdict = {"certificate": row.certificate} if row.certificate else {}
-        self._log(run, metrics, {"status": row.status, **verdict})
+        words = ("certificate", "polish", "polished_certificate")
+        self._log(run, metrics, {"status": row.status, **{name: row[name] for name in words if row[name]}})
         if path.is_dir() and not failed:
             for file in sorted(filter(is_regular, path.iterdir())):  # a link may lead to what is not for others
                 self.client.log_artifact(run, str(file))
@@ -187,6 +188,10 @@ class ExperimentRuns(MlflowLog):
             for name in OF_THE_BEST:
                 if is_regular(file := trial_folder(self.folder, best.seed) / name):
                     self.client.log_artifact(root, str(file), "best")
+        polished = best_row(rows.values(), "polished_return")
+        if polished is not None:
+            for file in sorted(trial_folder(self.folder, polished.seed).glob(f"{POLISHED}*")):
+                self.client.log_artifact(root, str(file), "best_polished")
         files = [self.folder / name for name in FOLDER_ARTIFACTS]
         self.client.set_tag(root, CONTENT, content)
         ended = max(file.stat().st_mtime for file in files if file.is_file())
@@ -200,7 +205,8 @@ class ExperimentRuns(MlflowLog):
         figures: dict[str, Any] = {}
         for name, spread in spreads(rows.values()).items():  # the first one is what MLflow's comparison plots
             figures |= {f"{name}_mean": spread.mean, f"{name}_std": spread.std}
-        figures["interactions"] = sum(row.interactions or 0 for row in rows.values())
+        for name in ("interactions", "places_evaluated"):
+            figures[name] = sum(row[name] or 0 for row in rows.values())
         figures["seconds"] = summary.get("seconds")
         # all of them, so that none is left from before a resume
         for name in STATUSES:
@@ -210,6 +216,9 @@ class ExperimentRuns(MlflowLog):
         best = best_row(rows.values())
         if best is not None:
             figures |= {"best_return": best.return_, "best_seed": best.seed}
+        polished = best_row(rows.values(), "polished_return")
+        if polished is not None:
+            figures |= {"best_polished_return": polished.polished_return, "best_polished_seed": polished.seed}
         tags = {"seeds": str(format_seeds(self.settings.seeds)), "command": str(summary.get("command", ""))}
         if best is not None and best.certificate:
             tags["certificate"] = best.certificate

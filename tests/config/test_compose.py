@@ -134,7 +134,7 @@ def test_a_target_brings_its_row(target: str, mesh: Path) -> None:
     assert found.game.max_crease_length == length
     assert found.game.source_action is sources
     task = "part" if target == "mesh" else target  # meshes are told apart by their files
-    assert (found.task, found.method, found.budget) == (task, "bfts", 500_000)
+    assert (found.task, found.method, found.budget) == (task, "lns", 500_000)
 
 
 SQUARE, SEEDING = "origami_lab.game.Square", "origami_lab.game.FromFile"
@@ -297,7 +297,7 @@ def test_help_explains_every_key() -> None:
     explained = explained_keys()
     known = {"tracking.kind", "symmetry.name"}  # the groups' own words
     for target in ("bowl", "cube", "face"):
-        for search in ("mcts", "evo", "ppo", "bfts"):
+        for search in ("mcts", "evo", "ppo", "bfts", "lns"):
             for key in flatten(settings(f"target={target}", f"search={search}").config):
                 assert key in explained or "_target_" in key or key in known or key.startswith("objective.target."), key
     assert explained["search.children"] == "children sampled at each node"
