@@ -19,7 +19,7 @@ from origami_lab.config.settings import Settings, read_settings
 from origami_lab.drawing.scene import TargetSurface
 from origami_lab.errors import InputError
 from origami_lab.file_names import ACTIONS, BEST, CONFIG, SEED, trial_folder
-from origami_lab.files import expanded, read_json
+from origami_lab.files import expanded, read_json, require_no_link
 from origami_lab.fold_format.reader import read_fold
 from origami_lab.runs.run_folder import RunFolder
 from origami_lab.runs.trial_row import NO_DESIGN
@@ -84,6 +84,11 @@ def saved_designs(path: Path, overrides: Sequence[str] = (), best: int = 1) -> l
         found = [trial_folder(path, row.seed) / BEST for row in ranked[:best]]
         if not found:
             raise InputError("path", path, "no trial of this run has found a design")
+        for file in found:
+            try:
+                require_no_link(path, file.relative_to(path))
+            except OSError as error:
+                raise InputError("path", path, f"cannot be used: {error.strerror}") from error
         return found
     if path.is_dir():
         path = path / BEST
@@ -123,9 +128,13 @@ def read_saved(file: Path, overrides: Sequence[str] = ()) -> SavedDesign:
     settings = _settings_for(file, task, overrides)
     game = build_game(settings)
     target, objective = build_objective(settings)
-    board = fold.metadata.get("board", game.board_size)
-    if board != game.board_size:
-        raise InputError("board.size", game.board_size, f"must be {board}, as {file.name} says")
+    board = fold.metadata.get("board", game.board_fact)
+    if board != game.board_fact:
+        sides = board if isinstance(board, list) and len(board) == 2 else [board, board]
+        for key, side, own in zip(("board.width", "board.height"), game.board, sides, strict=True):
+            if side != own:
+                key = key if isinstance(board, list) else "board.size"
+                raise InputError(key, side, f"must be {own}, as {file.name} says")
     _check_playable(game, fold.actions, file)
     return SavedDesign(game, objective, target, fold.actions, _angle_of(game, fold.metadata, file), fold.metadata, file)
 
