@@ -21,7 +21,7 @@ from origami_lab.game.move_table import ACTIONS, PLACE, lay_rest, table_of
 from origami_lab.game.start_laying import empty_board
 from origami_lab.geometry.bvh import build_bvh, distances
 from origami_lab.objectives.objective import NO_SCORE, Score, bind
-from origami_lab.objectives.shape import ShapeObjective
+from origami_lab.objectives.shape import ShapeEvaluator, ShapeObjective
 from origami_lab.polish.finer_board import ANGLES, STRICT, FineBoard
 from origami_lab.polish.flat_creases import without_flat_creases
 from origami_lab.polish.laid_design import folded_design
@@ -211,9 +211,9 @@ class GameDesign:
 
     def _score(self, states: States) -> Score:
         """The score of a finished position; of a shape at the design's own driving angle."""
-        if self._angle is not None and int(states["reach"][0]) <= self._angle:
-            return NO_SCORE
-        if self._angle is not None:
+        if self._angle is not None and isinstance(self._evaluator, ShapeEvaluator):
+            if int(states["reach"][0]) <= self._angle:
+                return NO_SCORE
             return Score(return_at(states, self._angle, self._objective, self._evaluator), self._angle)
         return self._evaluator.score(states, self._evaluator.new_memos(1), 0)
 
