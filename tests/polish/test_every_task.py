@@ -15,8 +15,7 @@ from origami_lab.config.instantiate import Parts, build_parts
 from origami_lab.fold_format.writer import write_fold
 from origami_lab.game.crease_pattern import CreasePattern
 from origami_lab.geometry.groups import GROUPS
-from origami_lab.polish.polisher import Polished, polish_design
-from origami_lab.polish.simplifier import PolishedDesign, simplify_design
+from origami_lab.polish import Polished, PolishedDesign, polish_design, simplify_design
 from origami_lab.search import NeighbourhoodSearch
 from origami_lab.search.problem import Outcome, Problem
 from origami_lab.verification.verify_design import verify

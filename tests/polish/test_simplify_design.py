@@ -15,11 +15,12 @@ from origami_lab.game.game import Game
 from origami_lab.game.moves import Extend, Place
 from origami_lab.game.start_patterns import Start
 from origami_lab.objectives.shape import ShapeObjective
+from origami_lab.polish import GameDesign, PolishedDesign, pattern_figures, simplify_design
 from origami_lab.polish.finer_board import fine_board
 from origami_lab.polish.flat_creases import without_flat_creases
 from origami_lab.polish.laid_design import folded_design
-from origami_lab.polish.pattern_measures import pattern_figures, width_of
-from origami_lab.polish.simplifier import GameDesign, PolishedDesign, distances_to, simplify_design
+from origami_lab.polish.pattern_measures import width_of
+from origami_lab.polish.simplifier import distances_to
 from origami_lab.targets.solids import bowl
 from origami_lab.targets.solids import pyramid as pyramid_target
 from origami_lab.targets.target import Target
