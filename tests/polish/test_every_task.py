@@ -88,7 +88,7 @@ def test_what_comes_of_it_is_certified_and_measures_what_it_says(
         write_fold(tmp_path / f"{name}.fold", design)
         assert verify(tmp_path / f"{name}.fold").verdict == "certified"
         assert_symmetric(design, game.symmetry.name)
-        assert np.abs(design.vertices).max() <= game.rules.half + 1e-9
+        assert (np.abs(design.vertices) <= np.array(game.rules.half) + 1e-9).all()
     assert_measured(parts, polished)
 
 
