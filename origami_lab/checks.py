@@ -169,13 +169,18 @@ class Word(Kind):
 class Text(Kind):
     """A text that is not blank; with ``numbers`` a number is one, too, as in ``output=5``."""
 
-    def __init__(self, expected: str = "must be a text", numbers: bool = True) -> None:
-        self.expected, self.numbers = expected, numbers
+    def __init__(self, expected: str = "must be a text", numbers: bool = True, longest: float = math.inf) -> None:
+        self.expected, self.numbers, self.longest = expected, numbers, longest
 
     def take(self, value: Any) -> Any:
         if self.numbers and isinstance(value, int | float) and not isinstance(value, bool):
             value = str(value)
-        return value if isinstance(value, str) and value.strip() and "\0" not in value else REFUSED
+        taken = isinstance(value, str) and value.strip() and "\0" not in value and len(value) <= self.longest
+        return value if taken else REFUSED
+
+    def message(self, value: Any) -> str:
+        too_long = isinstance(value, str) and len(value) > self.longest
+        return self.expected + f" of at most {self.longest:g} characters" * too_long
 
 
 class Folder(Text):
@@ -186,7 +191,10 @@ class Folder(Text):
 
     def take(self, value: Any) -> Any:
         text = super().take(value)
-        return text if text is REFUSED else expanded(text)
+        if text is REFUSED:
+            return REFUSED
+        path = expanded(text)
+        return REFUSED if path.parts[:1] == ("~",) else path  # a home that is not known would be a folder of that name
 
 
 class ExistingFolder(Folder):

@@ -16,8 +16,8 @@ from pathlib import Path
 
 from origami_lab.about import __version__
 from origami_lab.commands import COMMANDS
-from origami_lab.errors import EXIT_FAILED, EXIT_INPUT, EXIT_INTERRUPTED, InputError
-from origami_lab.text import one_line, shorten
+from origami_lab.errors import EXIT_INPUT, EXIT_INTERNAL, EXIT_INTERRUPTED, InputError, internal_error
+from origami_lab.streams import make_robust, trouble_of_output
 from origami_lab.workers.interrupts import process_interrupts
 
 FLAGS_WITH_VALUE = (
@@ -41,12 +41,18 @@ FLAGS = (
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code.
 
-    Without ``arguments`` this process is the command itself: signals that end it make the exit code 130.
+    Without ``arguments`` this process is the command itself: signals that end it make the exit code 130, and nothing
+    that its standard streams cannot take ends it or changes its exit code, but a full disk below its output.
     """
     if arguments is not None:
         return _run(list(arguments))
+    make_robust()
     with process_interrupts():
-        return _run(sys.argv[1:])
+        code = _run(sys.argv[1:])
+        if trouble := trouble_of_output():
+            print(f"error: standard output could not be written ({trouble.strerror})", file=sys.stderr)
+            return EXIT_INTERNAL
+        return code
 
 
 def _run(arguments: list[str]) -> int:
@@ -60,16 +66,12 @@ def _run(arguments: list[str]) -> int:
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
         return EXIT_INPUT
-    except BrokenPipeError:  # the reader of our output left, e.g. `| head`
-        sys.stderr.close()
-        return EXIT_FAILED
     except Exception as error:
         if _wants_traceback(arguments):
             traceback.print_exc()
-        else:
-            first = one_line(shorten((str(error).splitlines() or [""])[0], 500))
-            print(f"error: {type(error).__name__}: {first} (verbosity=verbose shows where)", file=sys.stderr)
-        return EXIT_FAILED
+        line = internal_error(type(error).__name__, str(error), traceback.format_exc())
+        print(f"error: {line}", file=sys.stderr)
+        return EXIT_INTERNAL
 
 
 def _dispatch(arguments: list[str]) -> int:
@@ -81,14 +83,15 @@ def _dispatch(arguments: list[str]) -> int:
         rest = list(arguments)
         rest.remove(words[0])
         return int(import_module(f"origami_lab.commands.{words[0]}").main(rest))
+    configuration = len(words) == 1 and words[0].endswith((".yaml", ".yml"))
+    if words and not configuration:  # before its flags, which are another command's perhaps
+        raise _no_command(words[0])
     for flag in flags:
         if flag.startswith("-") and flag.partition("=")[0] not in (*FLAGS, *FLAGS_WITH_VALUE):
             raise InputError("flag", flag, "there is no such flag; see --help")
-    if not words or (len(words) == 1 and words[0].endswith((".yaml", ".yml"))):
-        from origami_lab.commands import run as experiment
+    from origami_lab.commands import run as experiment
 
-        return experiment.rerun(words[0], overrides, flags) if words else experiment.run(overrides, flags)
-    raise _no_command(words[0])
+    return experiment.rerun(words[0], overrides, flags) if words else experiment.run(overrides, flags)
 
 
 def _no_command(word: str) -> InputError:

@@ -1,11 +1,14 @@
-"""The one exception that means "what you asked for cannot be done as written"."""
+"""The one exception that means "what you asked for cannot be done as written", exit codes, and errors of ours."""
 
 from __future__ import annotations
 
-from origami_lab.text import one_line, shorten
+import os
+import tempfile
 
-EXIT_OK, EXIT_FAILED, EXIT_INPUT, EXIT_INTERRUPTED = 0, 1, 2, 130
-"""Exit codes of the command: done; a trial failed, or it broke; wrong input, in one line; interrupted."""
+from origami_lab.text import first_line, one_line, shorten
+
+EXIT_OK, EXIT_FAILED, EXIT_INPUT, EXIT_INTERNAL, EXIT_INTERRUPTED = 0, 1, 2, 70, 130
+"""Exit codes of the command: done; a trial failed; wrong input, in one line; an error of ours; interrupted."""
 
 
 class InputError(ValueError):
@@ -29,3 +32,22 @@ class InputError(ValueError):
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, object, str]]:
         return type(self), (self.field, self.value, self.expected)
+
+
+def internal_error(name: str, message: str, traceback: str) -> str:
+    """One line about an error that nobody foresaw; its traceback is kept in a temporary file, which the line names.
+
+    Parameters
+    ----------
+    name, message
+        The error's class, and what it says.
+    """
+    try:
+        descriptor, file = tempfile.mkstemp(prefix="origami-lab-error-", suffix=".txt")
+        with os.fdopen(descriptor, "w", encoding="utf-8", errors="backslashreplace") as stream:
+            stream.write(traceback)
+        where = f"traceback in {file}"
+    except OSError:  # no temporary files here
+        where = "HYDRA_FULL_ERROR=1 in the environment shows its traceback"
+    said = first_line(message) if message.strip() else ""
+    return f"internal error: {one_line(shorten(f'{name}: {said}'.rstrip(': '), 500))}; {where}"

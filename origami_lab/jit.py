@@ -2,40 +2,49 @@
 
 ``NUMBA_DISABLE_JIT=1`` runs the same functions as plain Python, for coverage and debugging.
 
-Machine code is cached on disk, in ``~/.cache/origami-lab`` (or under ``XDG_CACHE_HOME``, or ``NUMBA_CACHE_DIR``). Numba
-looks only at the file a kernel is in to see whether its cache is stale, but a kernel contains the code of those it
-calls; so the folder is named after the contents of all files with kernels.
+Machine code is cached on disk, in ``~/.cache/origami-lab`` (or under ``XDG_CACHE_HOME``, or ``NUMBA_CACHE_DIR``); where
+that cannot be written, among the temporary files, and a warning is logged: one line on stderr. Numba looks only at the
+file a kernel is in to see whether its cache is stale, but a kernel contains the code of those it calls; so the folder
+is named after the contents of all files with kernels.
 """
 
 from __future__ import annotations
 
 import hashlib
-import os
+import logging
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
 
+from origami_lab.caches import kernel_cache
+
 F = TypeVar("F", bound=Callable[..., Any])
 
 _WITH_KERNELS = ("geometry", "kinematics", "game", "objectives", "search", "drawing", "polish")
 
 
-def cache_folder() -> Path:
-    """Where the machine code of this version of the kernels is kept."""
+def cache_folder() -> Path | None:
+    """Where the machine code of this version of the kernels is kept; None if there is no place for it."""
+    base = kernel_cache().base
+    if base is None:
+        return None
     package = Path(__file__).parent
     digest = hashlib.sha256(numba.__version__.encode())
     for layer in _WITH_KERNELS:
         for file in sorted((package / layer).rglob("*.py")):
             digest.update(file.name.encode())
             digest.update(file.read_bytes())
-    chosen = os.environ.get("NUMBA_CACHE_DIR")
-    base = Path(chosen) if chosen else Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser() / "origami-lab"
     return base / digest.hexdigest()[:16]
 
 
-numba.config.CACHE_DIR = str(cache_folder())
+_FOLDER = cache_folder()
+_IS_KEPT = _FOLDER is not None
+if _FOLDER is not None:
+    numba.config.CACHE_DIR = str(_FOLDER)
+if kernel_cache().remark:
+    logging.getLogger(__name__).warning("note: %s", kernel_cache().remark)
 
 
 def kernel(function: F) -> F:
@@ -43,9 +52,9 @@ def kernel(function: F) -> F:
 
     No ``fastmath``: results must be the same bits on every run, and mirror images exact.
     """
-    return cast(F, numba.njit(cache=True, error_model="numpy")(function))
+    return cast(F, numba.njit(cache=_IS_KEPT, error_model="numpy")(function))
 
 
 def inlined(function: F) -> F:
     """Like :func:`kernel` for small helpers of the hot loops, which LLVM shall inline."""
-    return cast(F, numba.njit(cache=True, error_model="numpy", forceinline=True)(function))
+    return cast(F, numba.njit(cache=_IS_KEPT, error_model="numpy", forceinline=True)(function))

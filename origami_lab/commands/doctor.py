@@ -20,6 +20,7 @@ from urllib.request import urlopen
 
 from origami_lab.about import PACKAGE, __version__
 from origami_lab.errors import EXIT_FAILED, EXIT_OK, InputError
+from origami_lab.files import is_writable, nearest_existing
 from origami_lab.machine import WORKER_BYTES, container_cores, free_memory, usable_cores
 from origami_lab.text import without_password
 from origami_lab.tracking.store import DEFAULT_STORE, SERVERS, check_store, sqlite_file
@@ -205,11 +206,13 @@ def _kernels() -> Iterator[Found]:
     """Where compiled kernels are kept, and whether those of this version are there."""
     from numba.core.caching import UserWideCacheLocator
 
+    from origami_lab.caches import kernel_cache
     from origami_lab.jit import cache_folder
 
+    if remark := kernel_cache().remark:
+        yield NOTE, remark
     folder = cache_folder()
-    if not _writable(folder):
-        yield PROBLEM, f"{folder} cannot be written; set XDG_CACHE_HOME or NUMBA_CACHE_DIR to a folder that can"
+    if folder is None:
         return
     if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
         yield NOTE, "NUMBA_DISABLE_JIT is set: kernels run as plain Python, far slower"
@@ -226,10 +229,10 @@ def _kernels() -> Iterator[Found]:
 
 def _results(directory: Path) -> Iterator[Found]:
     folder = directory.absolute() / "results"
-    if not _writable(folder):
+    if not is_writable(folder):
         yield PROBLEM, f"{folder} cannot be written; run elsewhere, or give output=DIR and tracking.uri"
         return
-    free = shutil.disk_usage(_nearest_existing(folder)).free
+    free = shutil.disk_usage(nearest_existing(folder)).free
     status = NOTE if free < LITTLE_DISK else OK
     yield status, f"{folder} can be written, {_size(free)} free"
 
@@ -256,7 +259,7 @@ def _tracking(directory: Path, uri: str | None) -> Iterator[Found]:
 def _database(path: Path, hint: str) -> Found:
     """An SQLite store, read without changing it."""
     if not path.exists():
-        if not _writable(path.parent):
+        if not is_writable(path.parent):
             return PROBLEM, f"{path} is not there and cannot be made"
         return OK, f"{path} is not there yet; {hint}"
     if not os.access(path, os.W_OK) or not os.access(path.parent, os.W_OK):
@@ -308,16 +311,6 @@ def _server(uri: str) -> Found:
         return NOTE, f"{uri} answers, but not as an MLflow server does ({error.code} {error.reason})"
     except OSError as error:
         return PROBLEM, f"{uri} does not answer ({getattr(error, 'reason', error)})"
-
-
-def _nearest_existing(path: Path) -> Path:
-    return next(place for place in (path, *path.parents) if place.exists())
-
-
-def _writable(folder: Path) -> bool:
-    """Whether files can be made in a folder, or the folder itself where it is not there yet."""
-    place = _nearest_existing(folder)
-    return place.is_dir() and os.access(place, os.W_OK | os.X_OK)
 
 
 def _size(count: float) -> str:

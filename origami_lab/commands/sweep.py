@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from origami_lab.errors import EXIT_FAILED
+from origami_lab.files import expanded
 
 EPILOG = """\
 The same command goes on where a sweep was interrupted; given on several machines with one storage=URL, all play the
@@ -57,7 +58,7 @@ def find_file(word: str) -> Path:
     """The file; one of those that come with the package, where there is none of that name here."""
     from origami_lab.config.option_files import config_dir
 
-    file = Path(word).expanduser()
+    file = expanded(word)
     if file.exists() or file.is_absolute() or file.parts[0] != "sweeps":
         return file
     shipped = config_dir().parent / file

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import re
 from collections.abc import Callable, Iterable, Sequence
 
@@ -44,6 +45,9 @@ def explain(
         return error
     if isinstance(error, MissingConfigException):
         return _missing(error, arguments)
+    if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:  # Hydra looks for a group of that name
+        key, _, value = max(arguments, key=lambda text: len(text.partition("=")[0]), default="").partition("=")
+        return InputError(key, value, "is too long for the name of a key")
     if isinstance(error, OSError):  # Hydra makes its folder when all is composed
         return InputError("hydra.run.dir", error.filename, f"must be a folder that can be written ({error.strerror})")
     if isinstance(error, OverrideParseException):
@@ -101,8 +105,11 @@ def _missing(error: MissingConfigException, arguments: Sequence[str]) -> InputEr
     if not options:
         return InputError(group or "configuration", option, first_line(str(error)))
     group, hint = group.removeprefix("/"), nearest(option, options)
-    if group == "board" and (size := re.fullmatch(r"(\d+)(?:x\1)?", option)):
-        hint = f"; any other size is given as board.size={size[1]}"
+    if group == "board" and (size := re.fullmatch(r"(\d+)(?:x(\d+))?", option)):
+        width, height = int(size[1]), int(size[2] or size[1])
+        if width % 2 and height % 2:
+            given = f"board.size={width}" if width == height else f"board.width={width} board.height={height}"
+            hint = f"; any other size is given as {given}"
     return InputError(group, option, f"must be one of {', '.join(options)}{hint}")
 
 

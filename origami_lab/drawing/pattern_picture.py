@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,9 +12,11 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
+from matplotlib.ticker import MaxNLocator, ScalarFormatter
 from numpy.typing import NDArray
 
 from origami_lab.drawing.scene import MOUNTAIN, VALLEY
+from origami_lab.files import replacing
 from origami_lab.fold_format.fold_file import FoldFile
 
 _PAPER = "#fdf6e9"
@@ -31,6 +32,8 @@ _STYLES: dict[str, tuple[str, Any]] = {  # in the order of drawing
 }
 _WIDTHS = {"F": 0.8, "J": 0.8}
 """Lines that do not fold are thinner than the others."""
+_MOST_TICKS = 16
+"""Coordinates along a side."""
 _WIDTH, _DRIVEN_WIDTH = 2.0, 3.6
 _NAMES = {"M": "mountain", "V": "valley", "F": "flat (does not fold)", "U": "unassigned", "C": "cut", "B": "boundary"}
 _MODES = {1: ("#12876f", "mode M = +1"), -1: ("#8e3fb0", "mode M = −1"), 0: ("#a2a5ae", "leaf")}
@@ -39,7 +42,8 @@ _GLOW = {"M": "#f9c9c4", "V": "#c6d8f8", "F": "#dddee2"}
 
 def draw_pattern(fold: FoldFile, path: str | os.PathLike[str], *, size: int = 900) -> None:
     """A PNG, ``size`` pixels square, of the crease pattern, as :func:`pattern_figure` draws it."""
-    pattern_figure(fold, size).savefig(Path(path), format="png", metadata={"Software": None})
+    with replacing(path) as part:
+        pattern_figure(fold, size).savefig(part, format="png", metadata={"Software": None})
 
 
 def pattern_figure(fold: FoldFile, size: int = 900) -> Figure:
@@ -50,7 +54,7 @@ def pattern_figure(fold: FoldFile, size: int = 900) -> Figure:
     """
     figure = Figure(figsize=(9, 9), dpi=size / 9, facecolor="white")
     FigureCanvasAgg(figure)
-    axes = figure.add_axes((0.025, 0.09, 0.95, 0.865))
+    axes = figure.add_axes((0.045, 0.105, 0.93, 0.85))
     low, side = _window(fold.vertices)
     thin = float(np.clip(1.25 - len(fold.vertices) / 400, 0.6, 1.15))
     _draw_board(axes, low, side, fold.metadata.get("board"))
@@ -94,15 +98,22 @@ def _window(vertices: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
 
 
 def _draw_board(axes: Axes, low: NDArray[np.float64], side: float, board: object) -> None:
-    """The board's grid, in a square frame without ticks; it ends where the board ends."""
+    """The board's grid, in a square frame with the coordinates of its lines; it ends where the board ends."""
     high = low + side
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xticks=[], yticks=[])
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(_MOST_TICKS, steps=[1, 2, 5, 10], integer=True, min_n_ticks=3))
+        axis.set_major_formatter(ScalarFormatter(useOffset=False))
+    axes.tick_params(length=0, labelsize=10, labelcolor=_QUIET, pad=4)
     for spine in axes.spines.values():
         spine.set(color="#c9ccd4", linewidth=1.0)
     first, last = np.ceil(low), np.floor(high)
     begin, end = low, high
-    if isinstance(board, int) and board > 0:
-        first, last = np.maximum(first, -(board - 1) / 2), np.minimum(last, (board - 1) / 2)
+    if isinstance(board, int):
+        board = [board, board]  # points along x and along y
+    if isinstance(board, list) and len(board) == 2 and all(isinstance(side, int) and side > 0 for side in board):
+        edge = (np.array(board) - 1) / 2
+        first, last = np.maximum(first, -edge), np.minimum(last, edge)
         begin, end = first, last
     if side > 200:  # a foreign file in millimetres: no grid would be seen
         return

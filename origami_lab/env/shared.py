@@ -6,7 +6,6 @@ import json
 import os
 import sys
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 
 from origami_lab.config.compose import check_texts, compose_settings, working_directory_importable
 from origami_lab.errors import InputError
+from origami_lab.files import expanded
 from origami_lab.game.game import Game
 from origami_lab.game.kernels.state import RUNNING, STATUS_NAMES
 from origami_lab.game.observation import View, view_of
@@ -61,7 +61,7 @@ def make_episodes(
 def _from_settings(overrides: Sequence[str], config_dir: str | os.PathLike[str] | None) -> tuple[Game, Any]:
     from origami_lab.config.instantiate import build_parts
 
-    own = None if config_dir is None else Path(config_dir).expanduser()
+    own = None if config_dir is None else expanded(config_dir)
     with working_directory_importable():
         parts = build_parts(compose_settings(overrides, own))
     return parts.game, parts.objective

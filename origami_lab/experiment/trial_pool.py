@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from origami_lab.config.settings import Settings
-from origami_lab.experiment.trial import Progress
+from origami_lab.experiment.trial import Polishing, Progress
 from origami_lab.experiment.trial_worker import Failed, Finished, Task, serve
 from origami_lab.runs.run_folder import RunFolder
 from origami_lab.workers.worker_process import STOP, WorkerProcess, hear
@@ -35,7 +35,7 @@ class Tick:
     """Nothing happened for a moment: time to refresh the display."""
 
 
-Event = Started | Progress | Finished | Failed | Tick
+Event = Started | Progress | Polishing | Finished | Failed | Tick
 
 
 class _Worker(WorkerProcess):
@@ -131,7 +131,7 @@ class TrialPool:
                 yield self._bury(worker)
                 continue
             worker.playing = True
-            if not isinstance(event, Progress):
+            if isinstance(event, Finished | Failed):
                 worker.task = None
             yield event
         for worker in busy:
@@ -160,4 +160,4 @@ class TrialPool:
 
 def _is_under_way(event: Event) -> bool:
     """Whether a trial has played and certified a design, or is over."""
-    return isinstance(event, Finished | Failed) or (isinstance(event, Progress) and event.best is not None)
+    return isinstance(event, Polishing | Finished | Failed) or (isinstance(event, Progress) and event.best is not None)

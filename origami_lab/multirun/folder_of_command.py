@@ -1,4 +1,4 @@
-"""origami_lab/multirun/folder_of_command.py."""
+"""The folder of a multirun, from what was typed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from origami_lab.errors import InputError
-from origami_lab.multirun.launchers import _value
+from origami_lab.files import expanded
+from origami_lab.multirun.launchers import typed_value
 from origami_lab.runs.multirun_folder import INDEX
 from origami_lab.runs.run_folder import RESULTS, fresh_folder
 
@@ -37,13 +38,13 @@ def multirun_folder(overrides: Sequence[str]) -> Iterator[Path]:
     InputError
         If it is not one folder, or cannot be made.
     """
-    given = [_folder(key, value) for key in ("output", SWEEP_DIR) if (value := _value(overrides, key)) is not None]
+    given = [_folder(key, value) for key in ("output", SWEEP_DIR) if (value := typed_value(overrides, key)) is not None]
     if len(given) > 1:
         raise InputError(SWEEP_DIR, given[1], "is the same thing as output in a multirun; give one of them")
     if given:
         yield given[0]
         return
-    if _value(overrides, "resume") is True:
+    if typed_value(overrides, "resume") is True:
         last = max(MULTIRUNS.glob(f"*/{INDEX}"), default=None)
         hint = f", e.g. output={last.parent}" if last else ""
         raise InputError("resume", "true", f"must come with the multirun's folder to finish, output=DIR{hint}")
@@ -62,7 +63,7 @@ def multirun_folder(overrides: Sequence[str]) -> Iterator[Path]:
 def _folder(key: str, value: Any) -> Path:
     setup_globals()  # for ${now:...}
     try:
-        return Path(str(OmegaConf.create({"folder": str(value)}).folder)).expanduser()
+        return expanded(str(OmegaConf.create({"folder": str(value)}).folder))
     except OmegaConfBaseException:
         expected = "must be one folder for all jobs; each gets one below it, named by what differs"
         raise InputError(key, value, expected) from None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from origami_lab.config.dotted_path import locate
 from origami_lab.errors import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK, InputError
 from origami_lab.file_names import ACTIONS, BEST, CONFIG, trial_folder
+from origami_lab.files import expanded, read_json
 from origami_lab.game.crease_pattern import CreasePattern
 from origami_lab.runs.run_folder import RunFolder, read_summary
 from origami_lab.runs.trial_row import COLUMNS, KINDS, NO_DESIGN, TrialRow, best_row, counts, spreads
@@ -152,7 +152,7 @@ def load(folder: str | os.PathLike[str]) -> Result:
     InputError
         If it is not the folder of a run, or was made by a newer version.
     """
-    path = Path(folder).expanduser().absolute()
+    path = expanded(folder).absolute()
     if not (path / CONFIG).is_file():
         raise InputError("folder", folder, "must be the folder of a run, there is no config.yaml in it")
     RunFolder(path).config()  # that it can be read, and by this version
@@ -172,7 +172,7 @@ def replay_design(trial: Path) -> TrialDesign:
 
     file = trial / ACTIONS
     try:
-        saved = json.loads(file.read_text(encoding="utf-8"))
+        saved = read_json(file)
         settings, start = dict(saved["game"]), dict(saved["game"]["start"])
         settings["start"] = locate("start", start.pop("_target_"))(**start)
         if settings.get("capacity") is None:  # the game's own default

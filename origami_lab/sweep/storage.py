@@ -20,9 +20,11 @@ from optuna.storages.journal._file import get_lock_file
 from sqlalchemy.exc import DBAPIError, InterfaceError, OperationalError, PendingRollbackError, SQLAlchemyError
 
 from origami_lab.errors import InputError
+from origami_lab.files import expanded, require_no_link
 from origami_lab.runs.run_folder import FolderError
 from origami_lab.sweep.sweep_config import GONE_PRUNER, Declaration
 from origami_lab.text import without_password
+from origami_lab.tracking.sqlite_address import why_no_file, why_not_shared
 from origami_lab.tracking.store import cause_of
 
 if TYPE_CHECKING:
@@ -97,10 +99,13 @@ def open_storage(declaration: Declaration, patience: float = 0.0) -> BaseStorage
     if not separator:
         if text is not None and not text.endswith(".journal"):
             raise InputError("storage", shown, EXPECTED)
+        file = expanded(text) if text is not None else declaration.folder / JOURNAL
+        if why := why_no_file(file):
+            raise InputError("storage", shown, why)
         try:
-            file = Path(text).expanduser() if text is not None else declaration.folder / JOURNAL
             if text is None:
                 file.parent.mkdir(parents=True, exist_ok=True)
+                require_no_link(file.parent, file.name)
             journal = JournalFile(str(file.absolute()))
             journal.check()
             return JournalStorage(journal)
@@ -110,6 +115,8 @@ def open_storage(declaration: Declaration, patience: float = 0.0) -> BaseStorage
             raise InputError("storage", shown, f"is no journal of Optuna's ({error})") from error
     if scheme.partition("+")[0] not in DATABASES:
         raise InputError("storage", shown, EXPECTED)
+    if why := why_not_shared(str(text)):
+        raise InputError("storage", shown, why)
     # the driver that comes with our extra; SQLAlchemy 2.0 takes another one by default
     url = f"postgresql+psycopg://{rest}" if scheme == "postgresql" else str(text)
     for attempt in range(ATTEMPTS):

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from origami_lab.runs.locks import held
+from origami_lab.tracking.mlflow_limits import LONGEST_NAME, LONGEST_PARAMETER, LONGEST_TAG, fitting
 from origami_lab.tracking.store import (
     RefusedError,
     StoreError,
@@ -227,6 +228,8 @@ class MlflowLog(ABC):
     def _create(self, name: str, tags: Mapping[str, str], params: Mapping[str, str], began: float) -> str:
         """A new run's id. Its parameters cannot change any more."""
         tags = {KEY: self.key, "mlflow.source.name": self.source, **tags}
+        tags = {key: fitting(value, LONGEST_TAG) for key, value in tags.items()}
+        name = fitting(name, LONGEST_NAME)
         run = str(self.client.create_run(self.experiment, int(began * 1000), tags, name).info.run_id)
         if PARENT in tags:
             self.below[tags[PARENT]].append(run)
@@ -236,7 +239,7 @@ class MlflowLog(ABC):
     def _log_params(self, run: str, params: Mapping[str, str]) -> None:
         from mlflow.entities import Param
 
-        items = [Param(key, value) for key, value in params.items()]
+        items = [Param(key, fitting(value, LONGEST_PARAMETER)) for key, value in params.items()]
         for first in range(0, len(items), PARAMS):
             self.client.log_batch(run, params=items[first : first + PARAMS])
 
@@ -244,7 +247,7 @@ class MlflowLog(ABC):
         """Log metrics, and tags, in batches."""
         from mlflow.entities import RunTag
 
-        items = [RunTag(*item) for item in tags.items()]
+        items = [RunTag(key, fitting(value, LONGEST_TAG)) for key, value in tags.items()]
         for first in range(0, max(len(metrics), 1), BATCH):
             self.client.log_batch(run, metrics=metrics[first : first + BATCH], tags=items)
 

@@ -12,8 +12,10 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from origami_lab.caches import homeless
 from origami_lab.errors import InputError
 from origami_lab.tracking.store import (
+    ARTIFACTS,
     DEFAULT_STORE,
     QUIET,
     StoreError,
@@ -89,11 +91,11 @@ def serve_dashboard(store: str, host: str, port: int, say: Callable[[str], None]
     command = [sys.executable, "-m", "mlflow", "server", "--backend-store-uri", store]
     command += ["--host", host, "--port", str(port), "--workers", "1", "--uvicorn-opts", "--log-level warning"]
     if (file := sqlite_file(store)) is not None:
-        command += ["--default-artifact-root", (file.absolute().parent / "mlartifacts").as_uri()]
+        command += ["--default-artifact-root", (file.absolute().parent / ARTIFACTS).as_uri()]
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as output:
         # a session of its own: Ctrl-C reaches us only, and we end all of it
         server = subprocess.Popen(
-            command, env={**os.environ, **LIGHT}, stdout=output, stderr=output, start_new_session=True
+            command, env={**os.environ, **homeless(), **LIGHT}, stdout=output, stderr=output, start_new_session=True
         )
         before = {number: signal.signal(number, signal.default_int_handler) for number in ENDING}
         try:

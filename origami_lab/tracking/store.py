@@ -20,16 +20,21 @@ from urllib.error import HTTPError
 from urllib.parse import urlsplit
 from urllib.request import Request, urlopen
 
+from origami_lab.caches import homeless
 from origami_lab.errors import InputError
 from origami_lab.files import replacing
 from origami_lab.runs.run_folder import RESULTS
 from origami_lab.text import without_password
+from origami_lab.tracking.mlflow_limits import artifact_folder
+from origami_lab.tracking.sqlite_address import why_not_shared
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient
     from mlflow.entities import Run
 
 DEFAULT_STORE = RESULTS / "mlflow.db"
+ARTIFACTS = "mlartifacts"
+"""The folder beside an SQLite store for files of the runs."""
 SERVERS = ("http", "https")
 SCHEMES = (*SERVERS, "sqlite", "postgresql", "mysql", "mssql", "databricks", "databricks-uc", "uc")
 ANSWER_SECONDS = 10
@@ -128,6 +133,8 @@ def check_store(uri: object, field: str = "tracking.uri") -> None:
             raise InputError(field, uri, "must name a file, sqlite:///FILE.db with three slashes")
         if file.is_dir():
             raise InputError(field, uri, "must name a file, and this is a folder")
+        if why := why_not_shared(uri):
+            raise InputError(field, uri, why)
         if file.is_file() and not file.name.startswith("file:"):
             _check_file(field, uri, file)
 
@@ -196,6 +203,7 @@ def open_client(uri: str) -> MlflowClient:
     """Connect to a store; a fresh SQLite one is made first, as a whole."""
     for name, value in QUIET.items():
         os.environ.setdefault(name, value)
+    os.environ.update(homeless())
     for name in ("alembic", "mlflow", "urllib3"):
         logging.getLogger(name).setLevel(logging.ERROR)
     with warnings.catch_warnings():
@@ -220,7 +228,7 @@ def experiment_id(client: MlflowClient, uri: str, name: str) -> str:
     if found is None:
         file = sqlite_file(uri)
         # beside the database, wherever the command runs
-        location = None if file is None else (file.absolute().parent / "mlartifacts" / name).as_uri()
+        location = None if file is None else (file.absolute().parent / ARTIFACTS / artifact_folder(name)).as_uri()
         tags = {"mlflow.experimentKind": "custom_model_development"}  # the dashboard opens on the runs
         try:
             return str(client.create_experiment(name, artifact_location=location, tags=tags))
@@ -278,7 +286,7 @@ def create_database(path: Path) -> None:
     event.listen(Engine, "connect", do_not_sync)
     try:
         with replacing(path, sync=True, keep=True) as temporary:
-            store = SqlAlchemyStore(f"sqlite:///{temporary}", (path.parent / "mlartifacts").as_uri())
+            store = SqlAlchemyStore(f"sqlite:///{temporary}", (path.parent / ARTIFACTS).as_uri())
             store.engine.dispose()
     finally:
         event.remove(Engine, "connect", do_not_sync)

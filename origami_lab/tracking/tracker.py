@@ -18,9 +18,12 @@ from pathlib import Path
 from typing import Protocol
 
 from origami_lab.about import PACKAGE
+from origami_lab.config.node import flatten
 from origami_lab.config.settings import Settings
 from origami_lab.runs.run_folder import read_note
+from origami_lab.streams import open_descriptors
 from origami_lab.text import command_text
+from origami_lab.tracking.mlflow_limits import check_names
 from origami_lab.tracking.store import QUIET, absolute_uri, check_store, default_uri, shown
 
 PATIENCE_SECONDS = 60.0
@@ -63,8 +66,9 @@ def make_tracker(settings: Settings, folder: Path, say: Say) -> Tracker:
 
 
 def check_tracking(settings: Settings) -> None:
-    """Raise InputError if the store can never work, before any work is done for it."""
+    """Raise InputError if the store can never work, or take the configuration, before any work is done for it."""
     if settings.tracking.kind != "none":
+        check_names(flatten(settings.config))
         check_store(store_of(settings, settings.output if settings.resume else None))
 
 
@@ -93,6 +97,7 @@ class MlflowTracker:
         self._ended, self._pushed = set[int](), set[int]()
         self._trouble = self._warned = self._done = False
         self._process: subprocess.Popen[str] | None = None
+        open_descriptors()
         package = str(PACKAGE.parent)
         path = os.pathsep.join(filter(None, (package, os.environ.get("PYTHONPATH"))))
         # -P: nothing in the working directory is imported; a session of its own: Ctrl-C reaches us only

@@ -13,7 +13,9 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from typing import Any, TypeVar
 
+from origami_lab.caches import KERNELS, kernel_cache
 from origami_lab.errors import InputError
+from origami_lab.streams import make_robust, open_descriptors
 from origami_lab.workers.call_limit import CallLimit, Calls
 from origami_lab.workers.interrupts import blocked_interrupts, ignore_interrupts
 
@@ -46,13 +48,16 @@ class WorkerProcess:
     def __init__(
         self, serve: Callable[..., None], arguments: Sequence[object], objective_seconds: float | None
     ) -> None:
+        open_descriptors()  # or the pipe would be what the process prints to
         context = multiprocessing.get_context("spawn")
         self.pipe, theirs = context.Pipe()
         self._limit = CallLimit(context, objective_seconds)
         self.process: SpawnProcess = context.Process(
             target=_serve, args=(serve, theirs, self._limit.number, *arguments), daemon=True
         )
-        with _environment(ONE_THREAD), _hidden_main(), blocked_interrupts():
+        kept = kernel_cache()  # what is odd about it is for this process to say, once
+        known = {KERNELS: str(kept.base)} if kept.remark and kept.base else {}
+        with _environment({**ONE_THREAD, **known}), _hidden_main(), blocked_interrupts(), _no_daemon():
             self.process.start()
         theirs.close()
 
@@ -136,6 +141,7 @@ def _serve(serve: Callable[..., None], pipe: Connection, call_number: Any, *argu
     # the parent gets them too and tells its workers what to do
     ignore_interrupts()
     threading.Thread(target=_leave_with_parent, daemon=True, name="parent").start()
+    make_robust()  # what reads the parent's output may leave, and costs no trial
     # what a user's objective prints must not mix with the parent's tables
     sys.stdout = sys.stderr
     with suppress(BrokenPipeError, ConnectionResetError):  # the parent is gone
@@ -173,6 +179,21 @@ def _environment(values: dict[str, str]) -> Iterator[None]:
                 del os.environ[name]
             else:
                 os.environ[name] = value
+
+
+@contextmanager
+def _no_daemon() -> Iterator[None]:
+    """Let a daemonic process, one of a ``multiprocessing.Pool`` say, start processes.
+
+    It may not, because it would leave them behind where it is killed; ours end with their parent.
+    """
+    configuration: dict[str, object] = multiprocessing.current_process()._config  # type: ignore[attr-defined]
+    before = configuration.get("daemon")
+    configuration["daemon"] = False
+    try:
+        yield
+    finally:
+        configuration["daemon"] = before
 
 
 @contextmanager
