@@ -29,7 +29,8 @@ def collides(states: States, rules: States, reach: int, qx: int, qy: int) -> boo
 def test_no_extension_folds_whose_outer_panel_collides(name: str) -> None:
     """Whatever the other children are; and the question leaves the state as it was."""
     game = GAMES[name]()
-    half, rng = game.rules.half, np.random.default_rng(1)
+    (half_x, half_y), rng = game.rules.half, np.random.default_rng(1)
+    size = 2 * half_x + 1
     rules = game.rules.record.copy()
     colliding = free = folding = 0
     states, before, trial = game.new_states(1), game.new_states(1), game.new_states(1)
@@ -44,7 +45,7 @@ def test_no_extension_folds_whose_outer_panel_collides(name: str) -> None:
             action = int(rng.choice(choices))
             if int(states["phase"][0]) in (FIRST, SECOND):
                 index = action - 2 * game.rules.points
-                point = index % game.board_size - half, index // game.board_size - half
+                point = index % size - half_x, index // size - half_y
                 reach = max(rng.integers(1, int(states["reach"][0]) + 1, 2).tolist())
                 copy_to(before, 0, states, 0)
                 found = collides(states, rules, reach, *point)
