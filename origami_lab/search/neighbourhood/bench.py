@@ -13,6 +13,7 @@ from origami_lab.game.kernels.undo import note_dtype
 from origami_lab.game.move_table import ACTIONS, table_of
 from origami_lab.search.neighbourhood.changes import Change
 from origami_lab.search.neighbourhood.growth import DEPTHS, Room
+from origami_lab.search.neighbourhood.known_strays import nothing_known
 from origami_lab.search.neighbourhood.one_run import RunDesign
 from origami_lab.search.neighbourhood.relaying import relay
 from origami_lab.search.neighbourhood.threshold import Aim
@@ -48,6 +49,7 @@ class Bench:
             np.empty(ACTIONS, dtype=note_dtype(len(game.angles))),
             np.empty(game.rules.max_legal, dtype=np.int32),
             np.empty((DEPTHS, places), dtype=np.int32),
+            nothing_known(),
         )
 
     @property

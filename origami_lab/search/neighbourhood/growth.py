@@ -13,12 +13,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.game.kernels.legal_actions import is_selectable
+from origami_lab.game.kernels.outer_panel import outer_panel_collides
 from origami_lab.game.kernels.play import play_action
-from origami_lab.game.kernels.state import NOT_FOLDABLE, RUNNING, SELECTION, Record, States, board_points, point_index
+from origami_lab.game.kernels.state import (
+    NOT_FOLDABLE,
+    RUNNING,
+    SELECTION,
+    THIRD,
+    Record,
+    States,
+    board_points,
+    point_index,
+    point_x,
+    point_y,
+)
 from origami_lab.game.kernels.undo import Notes, play_noted, restore
 from origami_lab.game.move_table import source_is_legal
 from origami_lab.jit import inlined, kernel
 from origami_lab.objectives.coverage_gain import Coverage, cover_panels
+from origami_lab.search.neighbourhood.known_strays import KnownStrays, is_known, learn, list_key, mixed
 from origami_lab.search.neighbourhood.threshold import Aim, child_strays, seam_strays
 from origami_lab.search.random_stream import Actions
 
@@ -47,7 +60,7 @@ class Effort(NamedTuple):
     noise
         Board cells, at most, that are added at random to a leaf's distance from the sample that calls.
     look
-        Whether places that stray are passed over: they are no tries, and no interactions.
+        Whether places that stray, and panels that collide, are passed over: they are no tries, and no interactions.
     """
 
     places: int
@@ -61,7 +74,7 @@ class Effort(NamedTuple):
 
 
 class Room(NamedTuple):
-    """What growth writes to besides the state: notes to take actions back, legal actions, open lists of places.
+    """What growth writes to besides the state: notes to take actions back, legal actions, open lists, known strays.
 
     Each of the :data:`DEPTHS` lists has room for all places that a child of one leaf can have.
     """
@@ -69,6 +82,16 @@ class Room(NamedTuple):
     notes: Notes
     legal: Actions
     lists: NDArray[np.int32]
+    known: KnownStrays
+
+
+@kernel
+def child_fails(s: Record, r: Record, aim: Aim, action: int) -> bool:
+    """Whether an outer child that does not stray has a panel that collides on the way to the run's angle."""
+    if s.phase == THIRD:
+        return False
+    index = action - 2 * board_points(r)
+    return bool(outer_panel_collides(s, r, aim.angle + 1, point_x(r, index), point_y(r, index)))
 
 
 @kernel
@@ -107,13 +130,14 @@ def try_move(
         Draws used in all; actions played or tried; places whose closed form was evaluated.
     """
     t_before = s.n_triangles
-    # of the open list at each depth: its places, those tried, those drawn
+    # of the open list at each depth: its places, those tried, those drawn, what decides where they lie
     counts, tried, drawn = np.empty(DEPTHS, np.int64), np.empty(DEPTHS, np.int64), np.empty(DEPTHS, np.int64)
+    keys = np.empty(DEPTHS, np.int64)
     played, looked = 1, 0
     n = play_noted(s, r, select, room.notes[0], room.legal)
     depth = 0
     room.lists[0, :n] = room.legal[:n]
-    counts[0], drawn[0], tried[0] = n, 0, 0
+    counts[0], drawn[0], tried[0], keys[0] = n, 0, 0, list_key(s, r, aim.angle)
     while True:
         if played >= limit or drawn[depth] >= counts[depth] or tried[depth] >= effort.places:
             # nothing more to be tried here: the action that led here goes back
@@ -128,8 +152,14 @@ def try_move(
         action = room.lists[depth, j]
         room.lists[depth, j], room.lists[depth, at] = room.lists[depth, at], action
         drawn[depth] = at + 1
+        key = mixed(keys[depth], np.int64(action))
+        if is_known(room.known, key, aim.threshold):
+            continue
         looked += 1
-        if child_strays(s, r, aim, action):
+        strays = child_strays(s, r, aim, action)
+        if strays:
+            learn(room.known, key, aim.threshold)
+        if strays or child_fails(s, r, aim, action):
             if not effort.look:
                 # as if it had been played and taken back
                 tried[depth] += 1
@@ -147,7 +177,7 @@ def try_move(
             continue
         depth += 1
         room.lists[depth, :n] = room.legal[:n]
-        counts[depth], drawn[depth], tried[depth] = n, 0, 0
+        counts[depth], drawn[depth], tried[depth], keys[depth] = n, 0, 0, list_key(s, r, aim.angle)
 
 
 @kernel
