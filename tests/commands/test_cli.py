@@ -54,7 +54,7 @@ REFUSED: list[tuple[list[str], str, str]] = [
     ([BOWL, "certify=all"], "certify=all:", "improvements, none"),
     ([BOWL, "objective.distance=l2"], "objective.distance=l2:", "vertex, surface, sampled"),
     ([BOWL, "objective_seconds=0"], "objective_seconds=0:", "seconds above 0"),
-    ([BOWL, "source_action=perhaps"], "source_action=perhaps:", "true or false"),
+    ([BOWL, "source_action=perhaps"], "source_action=perhaps:", "axis (or true) or boundary"),
     ([BOWL, "resume=true"], "resume=true:", "output=DIR"),
     ([BOWL, "task=a/b"], "task=a/b:", "word"),
     (["target=mesh"], "target.path=(nothing):", "must be given"),
