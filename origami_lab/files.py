@@ -1,4 +1,4 @@
-"""Files written whole or not at all."""
+"""Files written whole or not at all, and no further than where they belong: links are not followed out of a folder."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import errno
 import json
 import os
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -28,6 +28,13 @@ def replacing(path: str | os.PathLike[str], *, sync: bool = False, keep: bool = 
     """
     path = Path(path)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    with suppress(FileNotFoundError):
+        if not stat.S_ISREG(mode := path.stat().st_mode):
+            raise OSError(errno.EINVAL, f"there is {kind_of_file(mode)} of that name", str(path))
+    with suppress(FileNotFoundError):
+        temporary.unlink()
+    # made here, so that it is a file of its own and no link to another one
+    os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
     try:
         yield temporary
         if sync:
@@ -57,6 +64,77 @@ def write_whole(path: str | os.PathLike[str], content: str | bytes, *, sync: boo
     """
     with replacing(path, sync=sync) as temporary:
         temporary.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8"))
+
+
+def open_marker(path: Path) -> int:
+    """A descriptor of a lock's or marker's file, which is made if it is not there: for all who may write to the folder.
+
+    Raises
+    ------
+    OSError
+        If it cannot be made, is a link or no regular file.
+    """
+    flags = os.O_RDWR | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
+    folder = path.parent.stat()
+    mode = stat.S_IMODE(folder.st_mode) & 0o666
+    try:
+        descriptor = os.open(path, flags | os.O_CREAT | os.O_EXCL, mode)
+    except FileExistsError:
+        descriptor = os.open(path, flags)
+        if not stat.S_ISREG(mode := os.fstat(descriptor).st_mode):
+            os.close(descriptor)
+            raise OSError(errno.EINVAL, f"is {kind_of_file(mode)}, must be a file", str(path)) from None
+        return descriptor
+    if hasattr(os, "fchmod"):  # what the process's own mask has taken from it
+        with suppress(OSError):
+            os.fchown(descriptor, -1, folder.st_gid)
+            os.fchmod(descriptor, mode)
+    return descriptor
+
+
+def require_no_link(folder: Path, name: str | os.PathLike[str]) -> Path:
+    """A path in a folder, none of whose parts below the folder is a link.
+
+    Raises
+    ------
+    OSError
+        If one is.
+    """
+    path = folder
+    for part in Path(name).parts:
+        path = path / part
+        if part == ".." or Path(part).is_absolute() or path.is_symlink():
+            raise OSError(errno.ELOOP, f"{path} is a link, which is not followed", str(path))
+    return path
+
+
+def is_regular(path: Path) -> bool:
+    """Whether there is a file that is neither a link nor a pipe or device."""
+    try:
+        return stat.S_ISREG(path.lstat().st_mode)
+    except (OSError, ValueError):
+        return False
+
+
+def remove_files(folder: Path, names: Iterable[str]) -> None:
+    """Remove files of a folder, if they are regular ones that no link leads to; raises OSError."""
+    for name in names:
+        with suppress(FileNotFoundError, NotADirectoryError):
+            try:
+                file = require_no_link(folder, name)
+            except OSError:
+                continue
+            if stat.S_ISREG(file.lstat().st_mode):
+                file.unlink()
+
+
+def remove_folder(folder: Path) -> None:
+    """Remove a folder with the files in it; folders, links and all else in it stay, and so does it then."""
+    with suppress(OSError):
+        if folder.is_symlink():
+            return
+        remove_files(folder, [file.name for file in folder.iterdir()])
+        folder.rmdir()
 
 
 def on_disk(file: Path) -> None:

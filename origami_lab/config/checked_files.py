@@ -21,8 +21,8 @@ from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 from omegaconf.grammar_parser import parse
 
+from origami_lab.config.bounded_yaml import yaml_text
 from origami_lab.config.option_files import NOT_IN_FILES, is_ours
-from origami_lab.config.yaml_text import yaml_text
 from origami_lab.errors import InputError
 from origami_lab.text import shorten
 

@@ -11,9 +11,9 @@ from typing import Any
 import yaml  # type: ignore[import-untyped]
 
 from origami_lab.about import PACKAGE
+from origami_lab.config.bounded_yaml import yaml_text
 from origami_lab.config.earlier_versions import LATER_KEYS
 from origami_lab.config.node import flatten
-from origami_lab.config.yaml_text import yaml_text
 from origami_lab.errors import InputError
 from origami_lab.text import first_line, nearest, shorten
 

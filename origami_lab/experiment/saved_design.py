@@ -19,7 +19,7 @@ from origami_lab.config.settings import Settings, read_settings
 from origami_lab.drawing.scene import TargetSurface
 from origami_lab.errors import InputError
 from origami_lab.file_names import ACTIONS, BEST, CONFIG, SEED, trial_folder
-from origami_lab.files import expanded, read_json
+from origami_lab.files import expanded, read_json, require_no_link
 from origami_lab.fold_format.reader import read_fold
 from origami_lab.runs.run_folder import RunFolder
 from origami_lab.runs.trial_row import NO_DESIGN
@@ -84,6 +84,11 @@ def saved_designs(path: Path, overrides: Sequence[str] = (), best: int = 1) -> l
         found = [trial_folder(path, row.seed) / BEST for row in ranked[:best]]
         if not found:
             raise InputError("path", path, "no trial of this run has found a design")
+        for file in found:
+            try:
+                require_no_link(path, file.relative_to(path))
+            except OSError as error:
+                raise InputError("path", path, f"cannot be used: {error.strerror}") from error
         return found
     if path.is_dir():
         path = path / BEST

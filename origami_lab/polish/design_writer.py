@@ -55,13 +55,9 @@ def write_design(
             (f"{stem}.html", lambda file: write_viewer(fold, file, target)),
         )
         for name, draw in drawn:
-            part = folder / f".part.{name}"
             try:
-                draw(part)
-                part.replace(folder / name)
+                draw(folder / name)
                 written.append(folder / name)
             except Exception as error:
                 warnings.append(f"no {name}: {type(error).__name__}: {error}")
-            finally:
-                part.unlink(missing_ok=True)
     return tuple(written), tuple(warnings)

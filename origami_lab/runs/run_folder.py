@@ -21,7 +21,6 @@ import json
 import os
 import re
 import shlex
-import shutil
 import tempfile
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -29,10 +28,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from omegaconf import OmegaConf
-
-from origami_lab.config.config_file import read_config_file
+from origami_lab.config.config_file import config_text, read_config_file
 from origami_lab.config.earlier_versions import as_of_today, with_public_targets
 from origami_lab.config.node import FREE_TO_CHANGE, Node, check_format, flatten
 from origami_lab.config.settings import Settings
@@ -50,10 +46,11 @@ from origami_lab.file_names import (
     error_file,
     trial_folder,
 )
-from origami_lab.files import on_disk, read_json, write_whole
+from origami_lab.files import on_disk, read_json, remove_files, remove_folder, require_no_link, write_whole
+from origami_lab.runs.kept_files import keep_others
 from origami_lab.runs.locks import RUNNING, locked
+from origami_lab.runs.target_file import ply_bytes
 from origami_lab.runs.trial_row import TrialRow, format_trials, read_trials
-from origami_lab.text import one_line
 
 if TYPE_CHECKING:
     from origami_lab.targets.target import Target
@@ -61,12 +58,6 @@ if TYPE_CHECKING:
 RESULTS = Path("results")
 SPARE_BYTES = 2**20
 """Free bytes that rule out a full disk as the cause of a file that failed."""
-
-WHOSE_CODE = (
-    "# A _target_ is called if it is a part of origami-lab's or of your own: what lies in the folder in which you run\n"
-    "# this is trusted.\n"
-)
-"""What the head of each written configuration says."""
 
 _LEFTOVER = re.compile(
     r"\.((config\.yaml|target\.ply|start\.json|trials\.csv|(summary|tracking)\.json|seed=\d+\.error\.txt)\.\d+|seed=\d+\.(\d+|old))\.tmp"
@@ -165,8 +156,8 @@ class RunFolder:
                 with suppress(OSError):
                     if leftover.name.endswith(".old.tmp") and not final.exists():
                         leftover.replace(final)
-                    elif leftover.is_dir():
-                        shutil.rmtree(leftover)
+                    elif leftover.is_dir() and not leftover.is_symlink():
+                        remove_folder(leftover)
                     else:
                         leftover.unlink()
 
@@ -248,10 +239,9 @@ class RunFolder:
         try:
             for name, content in files.items():
                 self._check_kept(name, content)
-            text = OmegaConf.to_yaml(OmegaConf.create({**config, "folder_format": FOLDER_FORMAT}))
-            again = one_line(f"origami-lab {shlex.quote(str(self.path / CONFIG))}")
-            head = f"# runs again with: {again}\n{WHOSE_CODE}"
-            write_whole(self.path / CONFIG, head + text, sync=True)  # first: it makes the folder a run's
+            again = f"runs again with: origami-lab {shlex.quote(str(self.path / CONFIG))}"
+            text = config_text([again], {**config, "folder_format": FOLDER_FORMAT})
+            write_whole(self.path / CONFIG, text, sync=True)  # first: it makes the folder a run's
             for name, content in files.items():
                 write_whole(self.path / name, content, sync=True)
         except OSError as error:
@@ -297,10 +287,10 @@ class RunFolder:
             final = self.trial(seed)
             if final.exists():  # a stopped trial that ran again
                 old = self.path / f".seed={seed}.old.tmp"
-                shutil.rmtree(old, ignore_errors=True)
-                final.replace(old)
+                remove_folder(old)
+                require_no_link(self.path, final.name).replace(old)
                 temporary.replace(final)
-                shutil.rmtree(old, ignore_errors=True)
+                keep_others(old, final)
             else:
                 temporary.replace(final)
 
@@ -323,24 +313,23 @@ class RunFolder:
             files = sorted(temporary.iterdir(), key=lambda file: (file.name == RESULT, file.name))
             for file in files:
                 on_disk(file)
-            for old in self.trial(seed).glob(f"{stem}*"):
-                if old.name not in {file.name for file in files}:
-                    old.unlink()
+            trial, names = require_no_link(self.path, self.trial(seed).name), {file.name for file in files}
+            remove_files(trial, [old.name for old in trial.glob(f"{stem}*") if old.name not in names])
             for file in files:
-                file.replace(self.trial(seed) / file.name)
+                file.replace(trial / file.name)
 
     @contextmanager
     def _hidden(self, seed: int) -> Iterator[Path]:
         """An empty folder for files of a trial, which vanishes; an OSError within is a FolderError."""
         temporary = self.path / f".seed={seed}.{os.getpid()}.tmp"
         try:
-            shutil.rmtree(temporary, ignore_errors=True)
+            remove_folder(temporary)
             temporary.mkdir()
             yield temporary
         except OSError as error:
             raise FolderError(error) from error
         finally:
-            shutil.rmtree(temporary, ignore_errors=True)
+            remove_folder(temporary)
 
     def require_room(self, size: int = 0) -> None:
         """Raise OSError unless a file of so many bytes can be written, and some more: the disk may be full."""
@@ -348,20 +337,6 @@ class RunFolder:
             file.write(os.urandom(size + SPARE_BYTES))
             file.flush()
             os.fsync(file.fileno())
-
-
-def ply_bytes(vertices: np.ndarray[Any, Any], faces: np.ndarray[Any, Any]) -> bytes:
-    """A triangle mesh, (V, 3) and (F, 3), as binary PLY; by hand: importing trimesh takes a second."""
-    header = (
-        "ply\nformat binary_little_endian 1.0\n"
-        f"element vertex {len(vertices)}\nproperty double x\nproperty double y\nproperty double z\n"
-        f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
-    )
-    records = np.empty(len(faces), dtype=[("count", "u1"), ("corners", "<i4", (3,))])
-    records["count"] = 3
-    records["corners"] = faces
-    body = np.ascontiguousarray(vertices, dtype="<f8").tobytes() + records.tobytes()
-    return header.encode("ascii") + body
 
 
 def fresh_folder(parent: Path, now: datetime) -> Path:

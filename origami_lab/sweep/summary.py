@@ -12,14 +12,13 @@ from importlib.metadata import version
 from typing import Any
 
 import optuna
-from omegaconf import OmegaConf
 from optuna.trial import TrialState
 
+from origami_lab.config.config_file import config_text
 from origami_lab.config.seeds import format_seeds
 from origami_lab.drawing.figures import png_and_svg
 from origami_lab.experiment.run_summary import versions
 from origami_lab.files import write_whole
-from origami_lab.runs.run_folder import WHOSE_CODE
 from origami_lab.sweep import plots
 from origami_lab.sweep.held_out_test import compare
 from origami_lab.sweep.search_space import overrides_of
@@ -27,7 +26,7 @@ from origami_lab.sweep.storage import storage_name
 from origami_lab.sweep.studies import HeldOutJob, returns_of
 from origami_lab.sweep.sweep_config import Declaration
 from origami_lab.sweep.trial_queue import Slot
-from origami_lab.text import command_text, one_line
+from origami_lab.text import command_text
 
 BEST, SUMMARY, PAGE = "best.yaml", "summary.json", "summary.md"
 FEW_SEEDS = 10
@@ -115,11 +114,11 @@ class SweepSummary:
         seeds = _written(self.declaration.seeds)
         settings = self.declaration.compose([*self.declaration.base, *overrides_of(best["point"]), f"seed={seeds}"])
         head = (
-            f"# The best of {self.record['trials']} trials of the sweep {self.declaration.study}: "
-            f"trial {best['trial']}, mean return {best['value']:.4f}.\n"
-            f"# runs with: {one_line(f'origami-lab {shlex.quote(str(path))} seed=0..9')}\n{WHOSE_CODE}"
+            f"The best of {self.record['trials']} trials of the sweep {self.declaration.study}: "
+            f"trial {best['trial']}, mean return {best['value']:.4f}.",
+            f"runs with: origami-lab {shlex.quote(str(path))} seed=0..9",
         )
-        return head + OmegaConf.to_yaml(OmegaConf.create(dict(settings.config)))
+        return config_text(head, settings.config)
 
     def _command(self, overrides: Sequence[str], seeds: Sequence[int]) -> str:
         """The command that plays some settings with some seeds."""

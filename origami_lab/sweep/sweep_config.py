@@ -16,13 +16,13 @@ from omegaconf.errors import OmegaConfBaseException
 from pydantic import BeforeValidator
 
 from origami_lab.checks import REFUSED, Choice, ExistingFolder, Folder, Section, Text, Whole, Word, check, wrong
+from origami_lab.config.bounded_yaml import yaml_text
 from origami_lab.config.checked_files import check_interpolations
 from origami_lab.config.checked_values import Overrides, Packages, Seeds, Tracking
 from origami_lab.config.compose import compose_settings
 from origami_lab.config.node import Node
 from origami_lab.config.seeds import format_seeds, parse_seeds
 from origami_lab.config.settings import Settings
-from origami_lab.config.yaml_text import yaml_text
 from origami_lab.errors import InputError
 from origami_lab.machine import usable_cores
 from origami_lab.runs.run_folder import RESULTS
@@ -96,7 +96,7 @@ class Declaration:
     """A sweep as declared: the keys of its file."""
 
     study: Annotated[str, Word()]
-    task: Annotated[tuple[str, ...], Overrides()]
+    task: Annotated[tuple[str, ...], Overrides("files")]
     """Overrides, as on the command line."""
     searcher: Annotated[str, Word()]
     budget: Annotated[int, Whole(1, 10**12)] = 100_000

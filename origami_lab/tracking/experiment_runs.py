@@ -34,10 +34,21 @@ from origami_lab.file_names import (
     error_file,
     trial_folder,
 )
+from origami_lab.files import is_regular
 from origami_lab.runs.locks import held, locked
 from origami_lab.runs.multirun_folder import membership
 from origami_lab.runs.run_folder import RunFolder, read_note, read_summary, write_note
-from origami_lab.runs.trial_row import STATUSES, STOPPED, VERDICTS, TrialRow, best_row, certificates, counts, spreads
+from origami_lab.runs.trial_row import (
+    NOT_CHECKED,
+    STATUSES,
+    STOPPED,
+    VERDICTS,
+    TrialRow,
+    best_row,
+    certificates,
+    counts,
+    spreads,
+)
 from origami_lab.tracking.mlflow_log import CONTENT, PARENT, Logged, MlflowLog, digest, metrics_of
 from origami_lab.tracking.store import RefusedError, absolute_uri
 
@@ -161,10 +172,11 @@ class ExperimentRuns(MlflowLog):
         words = ("certificate", "polish", "polished_certificate")
         self._log(run, metrics, {"status": row.status, **{name: row[name] for name in words if row[name]}})
         if path.is_dir() and not failed:
-            self.client.log_artifacts(run, str(path))
+            for file in sorted(filter(is_regular, path.iterdir())):  # a link may lead to what is not for others
+                self.client.log_artifact(run, str(file))
             # the viewer shows JSON, not .fold
             self.client.log_text(run, (path / BEST).read_text(encoding="utf-8"), f"{BEST}.json")
-        elif error.is_file():
+        elif is_regular(error):
             self.client.log_artifact(run, str(error))
         self._end(run, "FAILED" if failed else "KILLED" if row.outcome == STOPPED else "FINISHED", ended)
         self.nested[seed] = [Logged(run, content)]
@@ -179,12 +191,12 @@ class ExperimentRuns(MlflowLog):
             return False
         self._log_figures(root, rows, summary)
         for name in FOLDER_ARTIFACTS:
-            if (self.folder / name).is_file():
+            if is_regular(self.folder / name):
                 self.client.log_artifact(root, str(self.folder / name))
         best = best_row(rows.values())
         if best is not None:
             for name in OF_THE_BEST:
-                if (file := trial_folder(self.folder, best.seed) / name).is_file():
+                if is_regular(file := trial_folder(self.folder, best.seed) / name):
                     self.client.log_artifact(root, str(file), "best")
         polished = best_row(rows.values(), "polished_return")
         if polished is not None:
@@ -210,7 +222,8 @@ class ExperimentRuns(MlflowLog):
         for name in STATUSES:
             figures[f"trials_{name.replace(' ', '_')}"] = ended.get(name, 0)
         if found := certificates(rows.values()):
-            figures |= {f"designs_{verdict.replace(' ', '_')}": len(found.get(verdict, [])) for verdict in VERDICTS}
+            said = (*VERDICTS, NOT_CHECKED)
+            figures |= {f"designs_{verdict.replace(' ', '_')}": len(found.get(verdict, [])) for verdict in said}
         best = best_row(rows.values())
         if best is not None:
             figures |= {"best_return": best.return_, "best_seed": best.seed}
