@@ -20,7 +20,7 @@ REFUSED: list[tuple[list[str], str, str]] = [
     ([BOWL, "search=bfs"], "search=bfs:", "did you mean bfts?"),
     ([BOWL, "objective=buckets"], "objective=buckets:", "did you mean bucket?"),
     ([BOWL, "symmetry=z"], "symmetry=z:", "none, x, xy, xyd, y"),
-    ([BOWL, "start=circle"], "start=circle:", "crease, file, square"),
+    ([BOWL, "start=circle"], "start=circle:", "crease, file, panel, rectangle, square"),
     ([BOWL, "tracking=wandb"], "tracking=wandb:", "mlflow, none"),
     (["traget=bowl"], "traget=bowl:", "did you mean target?"),
     ([BOWL, "bugdet=3"], "bugdet=3:", "did you mean budget?"),
