@@ -174,7 +174,7 @@ def _is_sound(move: object) -> bool:
         case Extend(leaf, mode, a, b, c):
             return mode in (-1, 1) and all(_is_point(point) for point in (leaf, a, b, c))
         case Source(leaf, end, sign):
-            return _is_point(leaf) and end in ("start", "end") and sign in (-1, 1)
+            return _is_point(leaf) and end in ("start", "end", "next") and sign in (-1, 1)
     return isinstance(move, Terminate)
 
 
