@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
 
 from origami_lab.commands import number
+from origami_lab.commands.parser import Parser
 from origami_lab.errors import InputError
 from origami_lab.files import write_whole
 
@@ -15,7 +15,7 @@ def main(arguments: Sequence[str]) -> int:
     """Print the certificate; returns 0 certified, 1 refuted, 3 not certifiable (2, unreadable, is raised)."""
     description = "Check a FOLD file: sheet, panels, loops, one degree of freedom, and that no panels cross on the way."
     epilog = "Exit codes: 0 certified, 1 refuted, 2 the file cannot be read, 3 not certifiable, 70 an error of ours."
-    parser = argparse.ArgumentParser("origami-lab verify", description=description, epilog=epilog)
+    parser = Parser("origami-lab verify", description=description, epilog=epilog)
     parser.add_argument(
         "file",
         metavar="FILE",
