@@ -28,7 +28,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from origami_lab.addresses import keep
+from origami_lab.addresses import hidden, keep
 from origami_lab.config.config_file import config_text, read_config_file
 from origami_lab.config.earlier_versions import as_of_today, with_public_targets
 from origami_lab.config.node import FREE_TO_CHANGE, Node, check_format, flatten
@@ -268,7 +268,7 @@ class RunFolder:
 
     def write_error(self, seed: int, traceback: str) -> Path:
         path = error_file(self.path, seed)
-        write_whole(path, traceback, sync=True)
+        write_whole(path, hidden(traceback), sync=True)
         return path
 
     @contextmanager
