@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 import textwrap
-from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
+from origami_lab.addresses import hidden
 from origami_lab.errors import EXIT_INTERRUPTED, InputError
 from origami_lab.experiment.api import run_one
 
@@ -80,7 +82,11 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
             stack.enter_context(only_checked_files())
             stack.enter_context(working_directory_importable())
             OmegaConf.register_new_resolver("origami_lab_keys", _key_lines, replace=True)
-            hydra.main(config_path=str(config_dir()), config_name=CONFIG_NAME, version_base="1.3")(task)()
+            run_it = hydra.main(config_path=str(config_dir()), config_name=CONFIG_NAME, version_base="1.3")(task)
+            if any(flag.startswith(("--cfg", "-c", "--info", "-i")) for flag in flags):
+                _show_without_secrets(run_it)
+            else:
+                run_it()
         except RefusedJobs as refused:
             raise explain(refused.error, overrides, known_keys) or refused.error from None
         except Exception as error:
@@ -92,6 +98,16 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
     if multirun is not None:  # of all its jobs, also those that ran in other processes or in an earlier command
         codes.append(multirun.exit_code)
     return max(codes, default=0)
+
+
+def _show_without_secrets(show: Callable[[], object]) -> None:
+    """Print what Hydra shows of a configuration; what it resolves may hold secrets."""
+    shown = io.StringIO()
+    try:
+        with redirect_stdout(shown):
+            show()
+    finally:
+        print("\n".join(map(hidden, shown.getvalue().split("\n"))), end="")
 
 
 def _key_lines() -> str:
