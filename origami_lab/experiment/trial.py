@@ -31,6 +31,8 @@ class Progress:
     interactions: int
     best: float | None
     """Best return so far, None before the first."""
+    seconds: float = 0.0
+    """Time of the search so far, without that of compiling kernels."""
 
 
 def run_trial(
@@ -55,13 +57,15 @@ def run_trial(
     FolderError
         If its files cannot be written; nothing is left of them.
     """
+    from origami_lab.jit import compile_clock
     from origami_lab.objectives.objective import pose
     from origami_lab.search.problem import Problem, SearchEnded
 
     def on_progress(problem: Problem) -> None:
         if report is not None:
             best = problem.best_value
-            report(Progress(seed, problem.interactions, best if math.isfinite(best) else None))
+            found = best if math.isfinite(best) else None
+            report(Progress(seed, problem.interactions, found, time.perf_counter() - start - clock.seconds))
 
     parts = parts or build_parts(settings)
     problem = Problem(
@@ -73,9 +77,10 @@ def run_trial(
         should_stop=should_stop,
     )
     start = time.perf_counter()
-    with suppress(SearchEnded):  # a searcher that does not ask for ``done`` ends like this
+    # a searcher that does not ask for ``done`` ends by SearchEnded
+    with compile_clock() as clock, suppress(SearchEnded):
         parts.searcher.search(problem, random_generator(seed))
-    seconds = time.perf_counter() - start
+    seconds = time.perf_counter() - start - clock.seconds
     on_progress(problem)
 
     outcome = problem.outcome()
