@@ -38,7 +38,7 @@ from origami_lab.game.kernels.state import (
     point_x,
     point_y,
 )
-from origami_lab.game.start_patterns import Crease, Square
+from origami_lab.game.start_patterns import Crease, Panel, Rectangle, Square, Start
 from origami_lab.jit import kernel
 from tests.sheet_checks import check_sheets
 
@@ -176,30 +176,63 @@ def replay_flipped(states: States, i: int, source: States, j: int, rules: States
     return t.n_actions
 
 
+_DIAMOND = ((2, 0), (0, 2), (-2, 0), (0, -2))
+_HEXAGON = ((2, 1), (0, 2), (-2, 1), (-2, -1), (0, -2), (2, -1))
+STARTS: dict[str, tuple[Start, tuple[str, ...]]] = {
+    "square": (Square("choose"), ("none", "y", "x", "xy", "xyd")),
+    "crease": (Crease("choose"), ("none", "y")),
+    "any-square": (Square("choose", "choose"), ("none", "y", "x", "xy", "xyd")),
+    "rectangle": (Rectangle(), ("none", "y", "x", "xy")),
+    "any-crease": (Crease(ends="choose"), ("none", "y", "x")),
+    "lower-crease": (Crease(ends="choose", stays="lower"), ("none", "y", "x")),
+    "diamond": (Panel(_DIAMOND), ("none", "y", "x", "xy", "xyd")),
+    "mixed-panel": (Panel(_HEXAGON, (1, 1, -1, 1, 1, -1)), ("none", "y", "x", "xy")),
+    # two of its sides are driven, and two corners have no crease
+    "bare-panel": (Panel(_HEXAGON, (0, 0, 1, 0, 0, 1)), ("none", "y", "x", "xy")),
+}
+"""Start patterns, and the symmetry groups that they have."""
+
+
 @dataclass(frozen=True)
 class Configuration:
     """One way to play."""
 
     symmetry: str
     start: str
-    board: int
+    board: int | tuple[int, int]
     length: float | None
     growing: bool = False
 
     def game(self, capacity: int | None = None) -> Game:
-        start = Square("choose") if self.start == "square" else Crease("choose")
-        return Game(self.board, self.symmetry, start, max_crease_length=self.length, capacity=capacity)
+        start, _ = STARTS[self.start]
+        width, height = self.sides
+        return Game(
+            symmetry=self.symmetry,
+            start=start,
+            board_width=width,
+            board_height=height,
+            max_crease_length=self.length,
+            capacity=capacity,
+        )
+
+    @property
+    def sides(self) -> tuple[int, int]:
+        """Points of the board along x and along y."""
+        return (self.board, self.board) if isinstance(self.board, int) else self.board
 
     def __str__(self) -> str:
         length = "∞" if self.length is None else f"{self.length:g}"
-        return f"{self.symmetry:>4} {self.start} {self.board:>2} {length:>3}{' grow' if self.growing else ''}"
+        board = f"{self.board:>2}" if isinstance(self.board, int) else "{}x{}".format(*self.board)
+        return f"{self.symmetry:>4} {self.start} {board} {length:>3}{' grow' if self.growing else ''}"
 
 
 def configurations(growing: bool) -> Iterator[Configuration]:
     """Each symmetry group × start pattern × board × maximum crease length."""
-    for start, symmetries in (("square", ("none", "y", "x", "xy", "xyd")), ("crease", ("none", "y"))):
+    for start, (_, symmetries) in STARTS.items():
         for symmetry in symmetries:
-            for board in (9, 13, 25):
+            # a board that is wider than high has no diagonal symmetry
+            sides: list[tuple[int, int]] = [] if symmetry == "xyd" else [(13, 9), (7, 21)]
+            for board in (9, 13, 25, *sides):
                 for length in (None, 2.9):
                     yield Configuration(symmetry, start, board, length, growing)
 

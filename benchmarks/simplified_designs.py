@@ -10,7 +10,7 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from origami_lab.experiment.simplified_files import simplify_trial
+from origami_lab.experiment.reworked_designs import simplify_saved
 from origami_lab.polish.simplifier import TOLERANCE, Simplified
 
 DESIGNS = Path(__file__).parents[1] / "results" / "paper" / "designs"
@@ -52,8 +52,8 @@ def main() -> None:
     ]
     with tempfile.TemporaryDirectory() as folder:
         for file in sorted(DESIGNS.glob("*.fold")):
-            made = simplify_trial(Path(shutil.copy(file, folder)), tolerance=options.tolerance, pictures=False)
-            lines.append(row(file.stem, made.simplified))
+            done = simplify_saved(Path(shutil.copy(file, folder)), tolerance=options.tolerance, pictures=False)
+            lines.append(row(file.stem, done.made))
             print(lines[-1], flush=True)
     if options.out is not None:
         options.out.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -22,6 +22,8 @@ FOLDED_PNG = "folded.png"
 FILM = "motion.gif"
 VIEWER = "best.html"
 PATTERN_SVG = "pattern.svg"
+POLISHED, SIMPLIFIED = "polished", "simplified"
+"""How the names of the files of a design begin that was made of a trial's best one."""
 
 FOLDER_FORMAT = 2
 """Version of what a run folder holds; folders of version 0.1.0 do not say theirs, which is 1."""

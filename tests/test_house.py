@@ -154,3 +154,14 @@ OF_THE_USER = {"saddle.py", "tower.py", "climb.py", "mine.py"}
 def test_every_package_is_imported_by_its_whole_name() -> None:
     for stub in STUBS:
         assert importlib.import_module(dotted(stub.parent)).__doc__, stub
+
+
+@pytest.mark.parametrize("file", MODULES, ids=lambda file: file.relative_to(ROOT).as_posix())
+def test_a_module_says_what_it_is_and_takes_nothing_private(file: Path) -> None:
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    said = ast.get_docstring(tree) or ""
+    assert " " in said.strip(), "its docstring is a sentence"
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("origami_lab"):
+            private = [alias.name for alias in node.names if alias.name.startswith("_") and alias.name != "__version__"]
+            assert not private, f"{private} of {node.module}"

@@ -33,6 +33,7 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
     import hydra
     from omegaconf import OmegaConf
 
+    from origami_lab.config.checked_files import check_typed, only_checked_files
     from origami_lab.config.compose import hydra_words, known_keys, working_directory_importable
     from origami_lab.config.hydra_errors import explain, find_culprit
     from origami_lab.config.option_files import CONFIG_NAME, config_dir
@@ -61,6 +62,7 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
         codes.append(code)
         return mean
 
+    check_typed(overrides)
     words = own_words(hydra_words(overrides), several)
     ours: list[str] = []
     if any(flag.startswith(("--config-path", "-cp")) for flag in flags):
@@ -76,6 +78,7 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
                 ours.append(multirun.sweep_dir)
             ours += launcher_settings(words)
             stack.enter_context(_as_hydra_sees_it([*ours, *words, *flags]))
+            stack.enter_context(only_checked_files())
             stack.enter_context(working_directory_importable())
             OmegaConf.register_new_resolver("origami_lab_keys", _key_lines, replace=True)
             hydra.main(config_path=str(config_dir()), config_name=CONFIG_NAME, version_base="1.3")(task)()
@@ -114,7 +117,9 @@ def rerun(word: str, overrides: Sequence[str], flags: Sequence[str]) -> int:
     values = []
     for override in overrides:
         key, _, value = override.partition("=")
-        if key == "tracking":  # the one group that says nothing of the experiment itself
+        if key == "trust":  # in no file
+            values.append(f"++{override}")
+        elif key == "tracking":  # the one group that says nothing of the experiment itself
             values.append(f"tracking.kind={value}")
         elif key in ("target", "objective", "board", "symmetry", "start", "search", "experiment"):
             expected = f"a finished configuration takes values like {key}.KEY=...; start anew for another {key}"

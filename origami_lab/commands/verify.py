@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 from origami_lab.commands import number
 from origami_lab.errors import InputError
+from origami_lab.files import write_whole
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -35,7 +35,7 @@ def main(arguments: Sequence[str]) -> int:
         return certificate.exit_code
     if options.json:
         try:
-            Path(options.json).write_text(certificate.json_text(), encoding="utf-8")
+            write_whole(options.json, certificate.json_text())
         except OSError as error:
             raise InputError("--json", options.json, f"must be a file that can be written ({error.strerror})") from None
     sys.stdout.write(certificate.words())

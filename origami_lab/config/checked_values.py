@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
 from origami_lab.checks import REFUSED, Choice, Kind, Number, Text, wrong
+from origami_lab.config.checked_files import check_interpolations
 from origami_lab.config.node import flatten
 from origami_lab.config.seeds import parse_seeds
+from origami_lab.config.trusted_code import is_installed_package
 from origami_lab.errors import InputError
 
 Value = None | bool | int | float | str
@@ -18,7 +21,8 @@ Value = None | bool | int | float | str
 
 OWN = {
     **{"search": "searcher", "budget": "budget", "seed": "seeds", "output": "output", "workers": "workers"},
-    **{"tracking": "tracking", "resume": "", "files": "", "verbosity": ""},
+    **{"tracking": "tracking", "resume": "", "files": "", "verbosity": "", "hydra": ""},
+    **{"trust": "trust, which is given on the command line only,"},
 }
 """Settings of a run that a sweep makes itself, and its keys for them."""
 
@@ -48,6 +52,18 @@ class Seeds(Kind):
             return parse_seeds(value)
         except InputError as error:
             raise wrong(error.expected, error.value) from None
+
+
+class Packages(Kind):
+    """Installed packages, one or a list of them, by the names that pip knows them by."""
+
+    expected = "must be the name of an installed package, as pip knows it, or a list of such names"
+
+    def take(self, value: Any) -> Any:
+        names = [value] if isinstance(value, str) else value
+        if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
+            return REFUSED
+        return tuple(names) if all(map(is_installed_package, names)) else REFUSED
 
 
 class Part(Kind):
@@ -113,10 +129,15 @@ def check_own(name: str, allowed: Sequence[str] = ()) -> None:
         Settings that may stand there nevertheless.
     """
     setting = name.partition("=")[0].lstrip("+~")
-    root = "tracking" if setting.startswith("tracking.") else setting
+    words = re.split(r"[./@]", setting)
+    root = "hydra" if "hydra" in words else "tracking" if words[0] == "tracking" else setting
     if root in OWN and root not in allowed:
         expected = f"is what the sweep's own key {OWN[root]} says" if OWN[root] else "is the sweep's own affair"
         raise wrong(f"must not be set here: {setting} {expected}", name)
+    try:
+        check_interpolations(setting, name)
+    except InputError as error:
+        raise wrong(error.expected, name) from None
 
 
 def shown(value: Any) -> str:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 from omegaconf import DictConfig, open_dict
 
+from origami_lab.config.checked_files import check_typed, only_checked_files
 from origami_lab.config.hydra_errors import explain, find_culprit
 from origami_lab.config.option_files import CONFIG_NAME, config_dir, groups
 from origami_lab.config.settings import Settings, read_settings
@@ -88,10 +89,11 @@ def _composed(overrides: Sequence[str], own: Path | None) -> Iterator[DictConfig
     from hydra.version import VersionBase, setbase
     from omegaconf import OmegaConf
 
-    with _HYDRA:
+    with _HYDRA, only_checked_files():
         hydra, version = HydraConfig.instance(), VersionBase.instance()
         before = hydra.cfg, version.version_base
         try:
+            check_typed(overrides)
             setbase("1.3")
             if not OmegaConf.has_resolver("hydra"):
                 setup_globals()

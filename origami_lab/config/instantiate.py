@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from hydra.errors import InstantiationException
-from hydra.utils import instantiate
 
 from origami_lab.config.dotted_path import describe, locate
 from origami_lab.config.node import Node
@@ -51,6 +50,8 @@ def build_parts(settings: Settings) -> Parts:
     game = build_game(settings)
     made = _make_all(settings, "target", "objective", "search")
     _let_refuse(settings.search["_target_"], made["search"], game)
+    if settings.polish:
+        _check_polish(settings.polish, made["objective"])
     return Parts(game, made["target"], made["objective"], made["search"])
 
 
@@ -58,7 +59,7 @@ def build_game(settings: Settings) -> Game:
     """The game alone; raises InputError as :func:`build_parts` does."""
     from origami_lab.game.game import Game  # here: it compiles or loads kernels
 
-    return Game(start=_make("start", settings.start), **vars(settings.game))
+    return Game(start=_make("start", settings.start, settings.trust), **vars(settings.game))
 
 
 def build_objective(settings: Settings) -> tuple[Target | None, Any]:
@@ -75,7 +76,7 @@ def _make_all(settings: Settings, *fields: str) -> dict[str, Any]:
         for field, node in nodes.items():
             wants_target = field == "objective" and "target" in settings.config["objective"]
             extra = {"target": made["target"]} if wants_target else {}
-            made[field] = None if node is None else _make(field, node, **extra)
+            made[field] = None if node is None else _make(field, node, settings.trust, **extra)
     finally:  # what is wrong with one part may be why the next one could not be made: it is said first
         for field, part in made.items():
             if (node := nodes[field]) is not None:
@@ -95,46 +96,61 @@ def _let_refuse(name: str, searcher: Any, game: Game) -> None:
         raise InputError("search", name, f"check_game raised {describe(error)}") from error
 
 
-def _make(field: str, node: Node, **extra: Any) -> Any:
+def _check_polish(steps: int, objective: Any) -> None:
+    """Raise InputError unless designs for the objective can be polished."""
+    from origami_lab.polish.polisher import ONLY_SHAPES, can_be_polished  # here: it brings kernels
+
+    if not can_be_polished(objective):
+        raise InputError("polish", steps, f"must be null: {type(objective).__name__} {ONLY_SHAPES}")
+
+
+def _make(field: str, node: Node, trust: Sequence[str], **extra: Any) -> Any:
     """Call the node's ``_target_``; ``extra`` arguments are passed on untouched."""
-    for name in _targets(node):
-        locate(field, name)  # says it better than Hydra
+    _check_names(field, node, trust)
+    return _made(field, node, trust, extra)
+
+
+def _check_names(field: str, value: Any, trust: Sequence[str], inner: bool = False) -> None:
+    """Refuse a part, and those in its arguments, that may not be called, before any of them is."""
+    if isinstance(value, Mapping):
+        for key in value:
+            if re.fullmatch(r"_\w*_", str(key)) and key != "_target_":
+                raise InputError(f"{field}.{key}", value[key], "is no argument; of such keys there is only _target_")
+        if "_target_" in value:
+            locate(field, value["_target_"], trust, inner=inner)
+        value = [item for key, item in value.items() if key != "_target_"]
+    if isinstance(value, list | tuple):
+        for item in value:
+            _check_names(field, item, trust, inner=True)
+
+
+def _made(field: str, node: Node, trust: Sequence[str], extra: Node, inner: bool = False) -> Any:
+    """What the node's ``_target_`` returns, its arguments made first where they are parts themselves."""
     name = node["_target_"]
+    call = locate(field, name, trust, inner=inner)
+    arguments = {key: _argument(field, value, trust) for key, value in node.items() if key != "_target_"} | dict(extra)
     try:
-        # _partial_, because Hydra turns dataclasses among the arguments of a call into configurations
-        return instantiate(dict(node), _partial_=True, _convert_="all")(**extra)
+        return call(**arguments)
     except InputError:
         raise
-    except InstantiationException as error:  # of an argument that is a part itself, or Hydra refuses the target
-        cause: BaseException = error
-        while cause.__cause__ is not None:
-            cause = cause.__cause__
-        if isinstance(cause, InputError):
-            raise cause from error
-        raise InputError(field, name, f"cannot be made: {describe(cause)}") from error
     except Exception as error:
-        if isinstance(error, TypeError) and (refused := _refused_arguments(name, field, node, extra)):
+        if isinstance(error, TypeError) and (refused := _refused_arguments(call, arguments)):
             raise InputError(field, name, f"does not take these arguments: {refused}") from error
         raise InputError(field, name, f"raised {describe(error)}") from error
 
 
-def _targets(node: Any) -> Iterator[str]:
-    """All that is to be located: the node's own ``_target_`` first, then those of its arguments."""
-    if isinstance(node, Mapping):
-        if isinstance(node.get("_target_"), str):
-            yield node["_target_"]
-        for value in node.values():
-            yield from _targets(value)
-    elif isinstance(node, list | tuple):
-        for value in node:
-            yield from _targets(value)
+def _argument(field: str, value: Any, trust: Sequence[str]) -> Any:
+    if isinstance(value, Mapping):
+        if "_target_" in value:
+            return _made(field, value, trust, {}, inner=True)
+        return {key: _argument(field, item, trust) for key, item in value.items()}
+    return [_argument(field, item, trust) for item in value] if isinstance(value, list | tuple) else value
 
 
-def _refused_arguments(name: str, field: str, node: Node, extra: Node) -> str | None:
+def _refused_arguments(call: Any, arguments: Node) -> str | None:
     """Why the signature does not fit the arguments; None if it does, or has none."""
-    keys = [key for key in node if key not in ("_target_", "_args_", "_convert_", "_partial_", "_recursive_")]
     try:
-        inspect.signature(locate(field, name)).bind(*node.get("_args_", ()), **dict.fromkeys([*keys, *extra]))
+        inspect.signature(call).bind(**arguments)
     except TypeError as error:
         return str(error)
     except ValueError:

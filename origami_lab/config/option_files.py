@@ -1,7 +1,8 @@
-"""origami_lab/config/option_files.py."""
+"""The YAML files of the config groups: which options there are, their keys, and the comments that explain them."""
 
 from __future__ import annotations
 
+import functools
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -10,12 +11,18 @@ from typing import Any
 import yaml  # type: ignore[import-untyped]
 
 from origami_lab.about import PACKAGE
+from origami_lab.config.bounded_yaml import yaml_text
 from origami_lab.config.earlier_versions import LATER_KEYS
 from origami_lab.config.node import flatten
 from origami_lab.errors import InputError
 from origami_lab.text import first_line, nearest, shorten
 
 CONFIG_NAME = "config"
+NOT_IN_FILES = {
+    "hydra": "is for Hydra itself, which takes no settings from files; they are given on the command line",
+    "trust": "is given on the command line only",
+}
+"""Keys that no file may set, and why."""
 
 
 def config_dir() -> Path:
@@ -47,11 +54,9 @@ def check_file(file: Path, known_keys: Iterable[str]) -> None:
         raise InputError("configuration", file, "there is no such file")
     if not file.is_file():
         raise InputError("configuration", file, "must be a file")
+    text = yaml_text("configuration", file)
     try:
-        text = file.read_text(encoding="utf-8")
         content = yaml.safe_load(text)
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError("configuration", file, f"cannot be read ({first_line(str(error))})") from error
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
         place, problem = "" if mark is None else f":{mark.line + 1}", getattr(error, "problem", None) or str(error)
@@ -59,18 +64,35 @@ def check_file(file: Path, known_keys: Iterable[str]) -> None:
     if not isinstance(content, dict):
         raise InputError("configuration", file, "must hold keys and values, as a run's config.yaml does")
     known_keys = list(known_keys)
-    known = {key.partition(".")[0] for key in known_keys}
+    known = {key.partition(".")[0] for key in known_keys} - {"experiment"}
     for key in content:
-        if key not in known and key not in ("defaults", "hydra"):
+        if key not in known or key in NOT_IN_FILES:
             line = 1 + next((i for i, row in enumerate(text.splitlines()) if row.startswith(f"{key}:")), 0)
             expected = f"there is no key {shorten(key)}" + nearest(str(key), sorted(known))
+            expected = f"{key}: {NOT_IN_FILES[key]}" if key in NOT_IN_FILES else expected
             raise InputError("configuration", f"{file}:{line}", expected)
     # a group need not leave a key
     required = {key.partition(".")[0] for key in known_keys if "." in key or key not in groups()}
     missing = sorted(required - content.keys() - LATER_KEYS.keys())
-    if missing and "defaults" not in content:
+    if missing:
         expected = f"lacks {', '.join(missing)}; a run's own config.yaml has every key"
         raise InputError("configuration", file, expected)
+
+
+def is_ours(file: Path) -> bool:
+    """Whether a file is one of our configuration."""
+    return file.is_relative_to(config_dir().resolve())
+
+
+def own_roots() -> frozenset[str]:
+    """The keys at the top of a whole configuration."""
+    return _roots(config_dir())
+
+
+@functools.cache
+def _roots(folder: Path) -> frozenset[str]:
+    content = yaml.safe_load((folder / f"{CONFIG_NAME}.yaml").read_text(encoding="utf-8"))
+    return frozenset({*content, *groups()} - {"defaults", "hydra", "experiment"})
 
 
 def options_of(folder: Path) -> list[str]:

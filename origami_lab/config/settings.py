@@ -13,17 +13,18 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from origami_lab.checks import Choice, Flag, Folder, Number, Section, Whole, Word, check
-from origami_lab.config.checked_values import Part, ReportOrder, Seeds, Tracking
+from origami_lab.config.checked_values import Packages, Part, ReportOrder, Seeds, Tracking
 from origami_lab.config.earlier_versions import as_of_today
 from origami_lab.config.mesh_axis import as_it_was, resolved_up, with_resolved_up
 from origami_lab.config.node import Node, check_format, flatten
-from origami_lab.config.option_files import read_options
+from origami_lab.config.option_files import own_roots, read_options
 from origami_lab.errors import InputError
 from origami_lab.files import expanded
 from origami_lab.game.rule_settings import KEYS as RULE_KEYS
 from origami_lab.game.rule_settings import RuleSettings, checked_rules
 from origami_lab.game.start_file import is_own_pattern
 from origami_lab.machine import WORKER_BYTES, physical_memory, usable_cores
+from origami_lab.text import nearest
 
 POSITIONS = 8
 """Positions that a tree search begins with, and the scratch ones."""
@@ -43,7 +44,7 @@ class Settings:
     objective: Annotated[Node, Part("objective")]
     search: Annotated[Node, Part("search")]
     """The parts with a ``_target_``."""
-    tracking: Tracking
+    tracking: Annotated[Tracking, Section()]
     report_order: Annotated[ReportOrder, Section()]
     seeds: Annotated[tuple[int, ...], Seeds()]
     seeds_given: bool
@@ -55,6 +56,12 @@ class Settings:
     """Trials at a time."""
     files: Annotated[str, Choice(("all", "designs"))]
     """``all``, or ``designs``: a trial writes no pictures, motion, viewer or certificate."""
+    polish: Annotated[int | None, Whole(0, 10**9, "must be a number of steps, or null")]
+    """Designs that the polish of a trial's best design lays; None or 0 for no polish."""
+    polish_seconds: Annotated[float | None, Number(0, math.inf, "must be seconds above 0, or null", between=True)]
+    """Longest that it may take; None for no limit."""
+    polish_simplify: Annotated[float | None, Number(0, math.inf, "must be board cells from 0, or null")]
+    """What may be lost for a simpler design at its end; None for nothing to be taken out."""
     objective_seconds: Annotated[float | None, Number(0, math.inf, "must be seconds above 0, or null", between=True)]
     """Longest that one call of a user's objective may take; None for no limit."""
     output: Annotated[Path | None, Folder("must be a folder, or null for a fresh one below results/")]
@@ -63,6 +70,8 @@ class Settings:
     verbosity: Annotated[str, Choice(("quiet", "normal", "verbose"))]
     config: Node
     """The whole configuration, resolved, as it is written to config.yaml."""
+    trust: Annotated[tuple[str, ...], Packages()] = ()
+    """Installed packages whose code a ``_target_`` may name; never in a file."""
 
 
 def read_settings(config: DictConfig) -> Settings:
@@ -77,6 +86,7 @@ def read_settings(config: DictConfig) -> Settings:
     """
     values = as_of_today(_plain(config))
     check_format(values)
+    _check_keys(values)
     checked = {**values, "game": _rules(values), "config": values}
     checked["seeds_given"] = checked.pop("seed", 0) is not None
     if "seed" in values:
@@ -86,11 +96,24 @@ def read_settings(config: DictConfig) -> Settings:
     settings = check(Settings, checked, {"seeds": "seed"})
     if settings.target is None and "target" in settings.objective:
         raise InputError("target", "none", f"this objective needs a target: {_targets()}")
-    written = with_resolved_up(_with_absolute_paths(values))
+    written = with_resolved_up(_with_absolute_paths({key: value for key, value in values.items() if key != "trust"}))
     target = None if settings.target is None else as_it_was(resolved_up(settings.target))
     objective = {key: value for key, value in settings.objective.items() if key != "target"}
     task = _task(settings.task, settings.target)
     return replace(settings, task=task, target=target, objective=objective, config=written)
+
+
+def _check_keys(values: Node) -> None:
+    """Raise InputError for a key that is none of ours: nothing would read it."""
+    known = own_roots()
+    rules = set(RULE_KEYS.values()) | {"symmetry.name"}
+    for key, value in values.items():
+        if key not in known:
+            raise InputError(key, value, "there is no such key" + nearest(key, known))
+        if key in ("board", "symmetry", "driving_angle") and isinstance(value, Mapping):
+            for inner in flatten(value, f"{key}."):
+                if inner not in rules:
+                    raise InputError(inner, flatten(values)[inner], "there is no such key" + nearest(inner, rules))
 
 
 def _rules(values: Node) -> RuleSettings:
@@ -124,9 +147,12 @@ def _plain(config: DictConfig) -> dict[str, Any]:
         container = OmegaConf.to_container(config, resolve=True, throw_on_missing=True)
     except MissingMandatoryValue as error:
         key = str(error.full_key or "configuration")
-        examples = {"target": "target.path=part.stl", "start": "start.path=results/bowl/bfts/TIME/seed=3"}
-        group = next((group for group in examples if key.endswith(f"{group}.path")), None)
-        hint = f"must be given: {examples[group]}" if group else "must be given, has no default"
+        examples = (
+            *("target.path=part.stl", "start.path=results/bowl/bfts/TIME/seed=3"),
+            "start.corners=[[2,0],[0,2],[-2,0],[0,-2]]",
+        )
+        example = next((example for example in examples if key.endswith(example.partition("=")[0])), None)
+        hint = f"must be given: {example}" if example else "must be given, has no default"
         raise InputError(key, "(nothing)", hint) from error
     except OmegaConfBaseException as error:
         message = str(error).splitlines()[0]

@@ -12,10 +12,13 @@ LARGEST_FIRST = ("xyd", "xy", "x", "y")
 
 
 def remarks(settings: Settings, parts: Parts) -> Iterator[str]:
-    """A target that nobody looks at, the scale of a mesh, a symmetry of the game that the mesh does not have."""
+    """Settings that do nothing, the scale of a mesh, a symmetry of the game that the mesh does not have."""
     from origami_lab.geometry.groups import GROUPS
     from origami_lab.targets.mesh_reader import axis_up
 
+    idle = [name for name in ("polish_seconds", "polish_simplify") if settings.config.get(name) is not None]
+    if idle and not settings.polish:
+        yield f"warning: {' and '.join(idle)} without polish=N: nothing is polished"
     target = parts.target
     if target is not None and "target" not in settings.config["objective"]:
         yield f"warning: the objective ({settings.task}) does not look at the target ({target.name}); leave target out"

@@ -16,6 +16,7 @@ from scipy.ndimage import uniform_filter
 from origami_lab.drawing.camera import Camera, frame_points
 from origami_lab.drawing.scene import BACK, FRONT, INK, PAGE, PALE_TARGET, TARGET, TargetSurface
 from origami_lab.drawing.z_buffer import NOTHING, blend, fill_z_buffer
+from origami_lab.files import replacing
 from origami_lab.fold_format.fold_file import FoldFile, FoldFrame
 from origami_lab.fold_format.panel_triangles import triangulate
 
@@ -251,4 +252,5 @@ def draw_folded(
     studio = Studio(frame.coords, target, size, upright=fold.upright)
     image = studio.picture(sheet_of(fold), frame.coords)
     write_caption(image, *caption_lines(fold, frame), target is not None)
-    image.save(Path(path), format="PNG", optimize=False)
+    with replacing(path) as part:
+        image.save(part, format="PNG", optimize=False)

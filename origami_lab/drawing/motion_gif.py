@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
 from origami_lab.drawing.folded_picture import Studio, caption_lines, sheet_of, write_caption
 from origami_lab.drawing.scene import BACK, FRONT, INK, PAGE, PALE_TARGET, TargetSurface
+from origami_lab.files import replacing
 from origami_lab.fold_format.fold_file import FoldFile, FoldFrame
 
 STEP_SHOWN, FLAT_SHOWN, BEST_SHOWN = 60, 700, 1600
@@ -52,16 +52,17 @@ def draw_motion(
     there_and_back = indexed + indexed[-2:0:-1]
     durations = [STEP_SHOWN] * len(there_and_back)
     durations[0], durations[len(indexed) - 1] = FLAT_SHOWN, BEST_SHOWN
-    there_and_back[0].save(
-        Path(path),
-        format="GIF",
-        save_all=True,
-        append_images=there_and_back[1:],
-        duration=durations,
-        loop=0,
-        optimize=False,
-        disposal=1,
-    )
+    with replacing(path) as part:
+        there_and_back[0].save(
+            part,
+            format="GIF",
+            save_all=True,
+            append_images=there_and_back[1:],
+            duration=durations,
+            loop=0,
+            optimize=False,
+            disposal=1,
+        )
 
 
 def _folded(frame: FoldFrame) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from matplotlib.ticker import MaxNLocator, ScalarFormatter
 from numpy.typing import NDArray
 
 from origami_lab.drawing.scene import MOUNTAIN, VALLEY
+from origami_lab.files import replacing
 from origami_lab.fold_format.fold_file import FoldFile
 
 _PAPER = "#fdf6e9"
@@ -42,7 +42,8 @@ _GLOW = {"M": "#f9c9c4", "V": "#c6d8f8", "F": "#dddee2"}
 
 def draw_pattern(fold: FoldFile, path: str | os.PathLike[str], *, size: int = 900) -> None:
     """A PNG, ``size`` pixels square, of the crease pattern, as :func:`pattern_figure` draws it."""
-    pattern_figure(fold, size).savefig(Path(path), format="png", metadata={"Software": None})
+    with replacing(path) as part:
+        pattern_figure(fold, size).savefig(part, format="png", metadata={"Software": None})
 
 
 def pattern_figure(fold: FoldFile, size: int = 900) -> Figure:
@@ -108,8 +109,11 @@ def _draw_board(axes: Axes, low: NDArray[np.float64], side: float, board: object
         spine.set(color="#c9ccd4", linewidth=1.0)
     first, last = np.ceil(low), np.floor(high)
     begin, end = low, high
-    if isinstance(board, int) and board > 0:
-        first, last = np.maximum(first, -(board - 1) / 2), np.minimum(last, (board - 1) / 2)
+    if isinstance(board, int):
+        board = [board, board]  # points along x and along y
+    if isinstance(board, list) and len(board) == 2 and all(isinstance(side, int) and side > 0 for side in board):
+        edge = (np.array(board) - 1) / 2
+        first, last = np.maximum(first, -edge), np.minimum(last, edge)
         begin, end = first, last
     if side > 200:  # a foreign file in millimetres: no grid would be seen
         return

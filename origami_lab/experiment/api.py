@@ -67,16 +67,22 @@ def show_results(console: Console, settings: Settings, experiment: Experiment) -
     """Print the table of trials and how to look at them, unless the run is to be quiet."""
     if settings.verbosity == "quiet" or not experiment.rows:
         return
-    from origami_lab.experiment.terminal_table import certificate_lines, hint, summary_table
+    from origami_lab.experiment.terminal_table import (
+        certificate_lines,
+        hint,
+        places_line,
+        polish_lines,
+        summary_table,
+    )
     from origami_lab.tracking.store import how_to_look
     from origami_lab.tracking.tracker import store_of
 
     title = f"{settings.task} · {settings.method} · {settings.budget:,} interactions a trial"
     console.print(summary_table(experiment.rows, title, console.width))
-    for line in certificate_lines(experiment.rows):
-        console.print(line, highlight=False, soft_wrap=True)
-    if advice := hint(experiment.rows):
-        console.print(advice, highlight=False, soft_wrap=True)
+    rows = experiment.rows
+    for line in (*certificate_lines(rows), *polish_lines(rows), places_line(rows), hint(rows)):
+        if line:
+            console.print(line, highlight=False, soft_wrap=True)
     if settings.tracking.kind == "mlflow":
         console.print(f"to look at it: {how_to_look(store_of(settings, experiment.folder))}", highlight=False)
 

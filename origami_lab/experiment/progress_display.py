@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from origami_lab.experiment.terminal_table import NARROW
-from origami_lab.experiment.trial import Progress
+from origami_lab.experiment.trial import Polishing, Progress
 from origami_lab.experiment.trial_pool import Event, Started
 from origami_lab.experiment.trial_worker import Compiling, Failed, Finished, Warm
 from origami_lab.runs.trial_row import NO_DESIGN
@@ -31,10 +31,12 @@ class _Trial:
     best: float | None = None
     status: str = "waiting"
     rate: float = 0.0
+    polished: tuple[int, float] = (0, 0.0)
+    """Steps of its polish, and the best return so far."""
 
     @property
     def running(self) -> bool:
-        return self.status in ("running", "drawing")
+        return self.status in ("running", "drawing", "polishing")
 
     def begins_drawing(self, budget: int) -> bool:
         """Whether its search has just ended: what is left are its files and pictures, a few seconds."""
@@ -100,7 +102,8 @@ class PlainDisplay(QuietDisplay):
             self.say(self._line(event.seed))
         now = time.monotonic()
         # without kernels nothing moves, and that was said
-        running = [seed for seed, trial in self.trials.items() if trial.status == "running" and self.warm]
+        shown = ("running", "polishing")
+        running = [seed for seed, trial in self.trials.items() if trial.status in shown and self.warm]
         if running and now - self.last_line >= LINE_EVERY:
             self.last_line = now
             for seed in running:
@@ -121,6 +124,9 @@ class PlainDisplay(QuietDisplay):
                 self.warm = True
                 trial.interactions, trial.best = interactions, best
                 trial.rate = interactions / max(seconds, 1e-3)
+            case Polishing(seed, steps, best):
+                self.trials[seed].status, self.trials[seed].polished = "polishing", (steps, best)
+                self.warm = self.warm or steps > 0
             case Finished(seed, row, warnings):
                 trial = self.trials[seed]
                 trial.interactions, trial.best, trial.status = (
@@ -146,6 +152,9 @@ class PlainDisplay(QuietDisplay):
         best = "no design yet" if trial.best is None else f"best {trial.best:.4f}"
         if trial.status == NO_DESIGN:
             return f"seed {seed}: {trial.interactions:,} interactions, {trial.rate:,.0f}/s, {NO_DESIGN}"
+        if trial.status == "polishing":
+            steps, value = trial.polished
+            return f"seed {seed}: polishing its best design, {steps:,} steps, best {value:.4f}"
         done = f"{trial.interactions:,} of {self.budget:,} interactions, {trial.rate:,.0f}/s"
         status = {"running": "", "drawing": ", drawing its pictures"}.get(trial.status, f", {trial.status}")
         return f"seed {seed}: {done}, {best}{status}"
@@ -213,7 +222,7 @@ class LiveDisplay(PlainDisplay):
         return table
 
     def _status(self, trial: _Trial) -> str:
-        if trial.running and trial.interactions >= self.budget:
+        if trial.running and trial.status != "polishing" and trial.interactions >= self.budget:
             return "drawing" if self.draws else "writing"
         if trial.running and not self.warm:
             return "compiling" if self.announced else "loading"

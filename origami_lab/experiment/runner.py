@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import platform
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, replace
-from datetime import UTC, datetime
+from dataclasses import dataclass, replace
 from functools import cached_property
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from origami_lab.about import __version__
 from origami_lab.config.instantiate import Parts, build_parts
 from origami_lab.config.resumed_settings import like_begun
 from origami_lab.config.seeds import format_seeds, parse_seeds
@@ -21,12 +17,12 @@ from origami_lab.config.settings import Settings, fit_workers
 from origami_lab.config.warnings import remarks
 from origami_lab.errors import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK
 from origami_lab.experiment.progress_display import Display, make_display
-from origami_lab.experiment.trial import Progress
+from origami_lab.experiment.run_summary import summarise
+from origami_lab.experiment.trial import Polishing, Progress, is_done
 from origami_lab.experiment.trial_pool import Event, TrialPool
 from origami_lab.experiment.trial_worker import Failed, Finished
 from origami_lab.runs.run_folder import NO_ROOM, FolderError, RunFolder, read_summary
-from origami_lab.runs.trial_row import TrialRow, best_row, certificates, counts, spreads
-from origami_lab.text import command_text
+from origami_lab.runs.trial_row import TrialRow
 from origami_lab.tracking.store import from_here
 from origami_lab.tracking.tracker import PATIENCE_SECONDS, Tracker, check_tracking, make_tracker
 from origami_lab.workers.interrupts import Interrupts
@@ -40,7 +36,6 @@ HURRIED_SECONDS = 3.0
 """How long the tracker may take when we are to leave at once."""
 LOST_TERMINAL = (OSError, SystemExit)
 """Errors of writing to a terminal that is gone; SystemExit is rich's answer to a broken pipe."""
-PACKAGES = ("numpy", "numba", "scipy", "trimesh", "hydra-core", "mlflow")
 
 
 @dataclass(frozen=True)
@@ -91,14 +86,17 @@ def run_experiment(
             resumed = folder.has_begun
             rows = folder.known_rows()
             settings = _with_seeds_on_disk(settings, folder, rows)
-            todo = tuple(seed for seed in settings.seeds if seed not in rows or not rows[seed].spent_budget)
+            todo = tuple(seed for seed in settings.seeds if not is_done(rows.get(seed), settings))
             trouble = _begin(folder, settings, parts)
             shown = make_display(console, settings.verbosity, todo, settings.budget, draws=settings.files == "all")
             with _Unfailing(shown) as display:
                 if settings.resume and not resumed:
                     display.note(f"nothing to resume in {folder.path} yet: starting")
                 elif settings.resume:
-                    display.note(f"{len(settings.seeds) - len(todo)} of {len(settings.seeds)} trials are on disk")
+                    searched = sum(seed in rows and rows[seed].spent_budget for seed in settings.seeds)
+                    rest = searched - (len(settings.seeds) - len(todo))
+                    remainder = f", {rest} of them to be polished" if rest else ""
+                    display.note(f"{searched} of {len(settings.seeds)} trials are on disk{remainder}")
                 for remark in remarks(settings, parts) if settings.verbosity != "quiet" else ():
                     display.note(remark)
                 record = _Record(settings, folder, rows, display, command, parts.target, trouble)
@@ -205,7 +203,7 @@ class _Record:
     def take(self, event: Event) -> None:
         """Record what an event says of a trial."""
         match event:
-            case Progress():
+            case Progress() | Polishing():
                 _ = self.tracker  # its process gets ready while the trials run
             case Finished(seed, row):
                 self._end(seed, row)
@@ -218,7 +216,9 @@ class _Record:
                     if self.settings.verbosity == "verbose":
                         message += "\n" + traceback
                 self.display.say(message)
-                self._end(seed, TrialRow.failed(seed, reason))
+                # what ended in its polish keeps what its search has found
+                kept = self.folder.rows([seed]).get(seed)
+                self._end(seed, kept if kept is not None and kept.spent_budget else TrialRow.failed(seed, reason))
 
     def _end(self, seed: int, row: TrialRow) -> None:
         self.rows[seed] = row
@@ -267,45 +267,6 @@ class _Record:
         with suppress(KeyboardInterrupt):
             self.tracker.finish(patience=patience)
         interrupts.limit = None
-
-
-def summarise(
-    settings: Settings,
-    rows: Mapping[int, TrialRow],
-    command: Sequence[str],
-    seconds: float,
-    interrupted: bool,
-) -> dict[str, Any]:
-    """The contents of summary.json."""
-    best = best_row(rows.values())
-    return {
-        "task": settings.task,
-        "search": settings.method,
-        "budget": settings.budget,
-        "seeds": format_seeds(settings.seeds),
-        "trials": counts(rows.values()),
-        "interrupted": interrupted,
-        "returns": {name: asdict(spread) for name, spread in spreads(rows.values()).items()},
-        "std": "sample standard deviation (n - 1)",
-        "certificates": {verdict: len(seeds) for verdict, seeds in certificates(rows.values()).items()},
-        "best": None if best is None else {name: best[name] for name in ("seed", "return", "driving_angle")},
-        "interactions": sum(row.interactions or 0 for row in rows.values()),
-        "seconds": round(seconds, 3),
-        "finished": datetime.now(UTC).isoformat(timespec="seconds"),
-        "command": command_text(command),
-        "versions": versions(),
-    }
-
-
-def versions() -> dict[str, str]:
-    """Versions that the results were computed with."""
-    found = {"origami-lab": __version__, "python": platform.python_version()}
-    for name in PACKAGES:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            continue
-    return found
 
 
 def _as_begun(settings: Settings) -> Settings:

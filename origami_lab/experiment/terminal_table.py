@@ -1,4 +1,4 @@
-"""origami_lab/experiment/terminal_table.py."""
+"""The table that a run prints at its end, and the lines below it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,20 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from origami_lab.runs.trial_row import NO_DESIGN, OK, REFUTED, RETURNS, TrialRow, best_row, certificates, spreads
+from origami_lab.runs.trial_row import (
+    FAILED,
+    NO_DESIGN,
+    OK,
+    REFUTED,
+    RETURNS,
+    STOPPED,
+    TIME_LIMIT,
+    Spread,
+    TrialRow,
+    best_row,
+    certificates,
+    spreads,
+)
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -40,10 +53,12 @@ def summary_table(rows: Sequence[TrialRow], title: str | None = None, width: int
     best = best_row(designs)
     table.add_column("seed", "mean\nstd", justify="right")
     for name in returns:
-        footer = f"{_number(found[name].mean, '.4f')}\n{_number(found[name].std, '.4f')}" if name in found else ""
-        table.add_column(name.removeprefix("return_"), footer, justify="right")
-    for shown in ("angle °", "best at", "vertices") if wide else ("angle °",):
+        table.add_column(name.removeprefix("return_"), _footer(found.get(name)), justify="right")
+    polished = any(row.polished_return is not None for row in designs)
+    for shown in ("angle °", "best at", "vertices") if wide and not polished else ("angle °", "best at")[: 1 + wide]:
         table.add_column(shown, justify="right")
+    if polished:
+        table.add_column("polished", _footer(found.get("polished_return")), justify="right")
     shows_status = any(row.outcome != OK for row in rows)
     if shows_status:
         table.add_column("status")
@@ -52,7 +67,9 @@ def summary_table(rows: Sequence[TrialRow], title: str | None = None, width: int
             str(row.seed),
             *(_number(row[name] if row in designs else None, ".4f") for name in returns),
             _number(row.driving_angle, ".1f"),
-            *((_number(row.interactions_to_best, ",d"), _number(row.vertices, "d")) if wide else ()),
+            *([_number(row.interactions_to_best, ",d")] if wide else []),
+            *([_number(row.vertices, "d")] if wide and not polished else []),
+            *([_number(row.polished_return, ".4f")] if polished else []),
             *([row.outcome] if shows_status else []),
             style="bold" if row is best and several else None,
         )
@@ -86,9 +103,46 @@ def certificate_lines(rows: Iterable[TrialRow]) -> list[str]:
     return lines
 
 
+def polish_lines(rows: Iterable[TrialRow]) -> list[str]:
+    """Lines on the polished designs for below the table: the best of them, and whose polish did not come to its end."""
+    rows = sorted((row for row in rows if row.polish is not None), key=lambda row: row.seed)
+    if not rows:
+        return []
+    polished = [row for row in rows if row.polished_return is not None]
+    lines = []
+    if best := best_row(polished, "polished_return"):
+        gain = best["polished_return"] - best["return"]
+        spread = f", mean {spreads(polished)['polished_return']}" if len(polished) > 1 else ""
+        lines = [
+            f"polished: best {best.polished_return:.4f} (seed {best.seed}, {gain:.4f} better), driving angle"
+            f" {best.polished_driving_angle:.2f}°{spread}"
+        ]
+    for end in (TIME_LIMIT, STOPPED, FAILED):
+        if seeds := [row.seed for row in rows if row.polish and row.polish.partition(":")[0] == end]:
+            lines.append(f"polish of seed {', '.join(map(str, seeds))}: {_POLISH_WORDS[end]}")
+    return lines
+
+
+_POLISH_WORDS = {
+    TIME_LIMIT: "ended by the time limit polish_seconds",
+    STOPPED: "stopped; resume=true goes on with it",
+    FAILED: "failed, see the column polish of trials.csv",
+}
+
+
+def places_line(rows: Iterable[TrialRow]) -> str | None:
+    """A line on places that were looked at without being played; None if there were none."""
+    places = sum(row.places_evaluated or 0 for row in rows)
+    return f"places evaluated without being played: {places:,}" if places else None
+
+
 def _differs(value: float | None, other: float | None) -> bool:
     """Whether a table with four decimals has something to tell about ``value``."""
     return value is not None and (other is None or abs(value - other) > 1e-6)
+
+
+def _footer(spread: Spread | None) -> str:
+    return "" if spread is None else f"{_number(spread.mean, '.4f')}\n{_number(spread.std, '.4f')}"
 
 
 def _number(value: Any, form: str) -> str:

@@ -14,9 +14,12 @@ import numpy as np
 
 from origami_lab.config.instantiate import Parts, build_parts
 from origami_lab.config.settings import Settings
+from origami_lab.experiment.kept_design import Kept, keep_design
 from origami_lab.experiment.trial_files import write_files
-from origami_lab.runs.run_folder import RunFolder
-from origami_lab.runs.trial_row import NO_DESIGN, OK, STOPPED, TrialRow
+from origami_lab.file_names import POLISHED, RESULT
+from origami_lab.runs.run_folder import FolderError, RunFolder
+from origami_lab.runs.trial_row import FAILED, NO_DESIGN, OK, STOPPED, TrialRow, beside_row
+from origami_lab.workers.worker_process import reason_of
 
 if TYPE_CHECKING:
     from origami_lab.game.crease_pattern import CreasePattern
@@ -35,28 +38,65 @@ class Progress:
     """Time of the search so far, without that of compiling kernels."""
 
 
+@dataclass(frozen=True)
+class Polishing:
+    """How far the polish of a trial's best design is."""
+
+    seed: int
+    steps: int
+    best: float
+    """Best return so far."""
+
+
+Report = Callable[[Progress | Polishing], None]
+
+
+def is_done(row: TrialRow | None, settings: Settings) -> bool:
+    """Whether there is nothing left to do for a trial, given its row if it has one."""
+    return row is not None and row.spent_budget and not (settings.polish and row.may_be_polished)
+
+
 def run_trial(
     settings: Settings,
     seed: int,
     folder: RunFolder,
-    report: Callable[[Progress], None] | None = None,
+    report: Report | None = None,
     should_stop: Callable[[], bool] | None = None,
     parts: Parts | None = None,
 ) -> tuple[TrialRow, list[str]]:
-    """Search with one seed and write ``seed=N`` into the run folder.
+    """Search with one seed and write ``seed=N`` into the run folder, then polish its best design if that is asked for.
 
-    The result depends on the settings and the seed only, not on the process or on what ran in it before:
-    ``parts`` may be given where they are built already, but not used.
+    A trial that is there as a whole is not searched for again. The result depends on the settings and the seed only,
+    not on the process or on what ran in it before: ``parts`` may be given where they are built already, but not used.
 
     Returns
     -------
-    The trial's row of trials.csv, and warnings (pictures that could not be drawn).
+    The trial's row of trials.csv, and warnings: pictures that could not be drawn, designs that are refuted.
 
     Raises
     ------
     FolderError
-        If its files cannot be written; nothing is left of them.
+        If its files cannot be written; nothing is left of those that could not.
     """
+    parts, warnings = parts or build_parts(settings), list[str]()
+    row = folder.rows([seed]).get(seed)
+    if row is None or not row.spent_budget:
+        row, warnings = _search(settings, seed, folder, parts, report, should_stop)
+    if settings.polish and row.may_be_polished and not (should_stop and should_stop()):
+        row, more = _polish(settings, settings.polish, folder, parts, row, report, should_stop)
+        warnings += more
+    return row, warnings
+
+
+def _search(
+    settings: Settings,
+    seed: int,
+    folder: RunFolder,
+    parts: Parts,
+    report: Report | None,
+    should_stop: Callable[[], bool] | None,
+) -> tuple[TrialRow, list[str]]:
+    """The search of a trial, and its files."""
     from origami_lab.jit import compile_clock
     from origami_lab.objectives.objective import pose
     from origami_lab.search.problem import Problem, SearchEnded
@@ -67,7 +107,6 @@ def run_trial(
             found = best if math.isfinite(best) else None
             report(Progress(seed, problem.interactions, found, time.perf_counter() - start - clock.seconds))
 
-    parts = parts or build_parts(settings)
     problem = Problem(
         parts.game,
         parts.objective,
@@ -84,18 +123,60 @@ def run_trial(
     on_progress(problem)
 
     outcome = problem.outcome()
-    design = parts.game.design(outcome.actions, outcome.angle)
     # a search that ends by itself before its budget is spent is a finished one
     stopped = problem.stopped and outcome.interactions < settings.budget
-    row = _row(seed, parts, outcome, design, seconds, stopped)
-    facts = {"task": settings.task, "search": settings.method, "board": parts.game.board_size}
-    facts |= {name: row[name] for name in ("seed", "return", "driving_angle", "interactions", "status")}
-    if parts.target is not None and parts.target.units_per_cell is not None:
-        facts["units_per_cell"] = parts.target.units_per_cell
-    facts |= pose(parts.objective, design)
-    design = replace(design, metadata=MappingProxyType(facts))
+    status = STOPPED if stopped else OK if outcome.succeeded else NO_DESIGN
+
+    def make(found: Outcome) -> CreasePattern:
+        design = parts.game.design(found.actions, found.angle)
+        facts: dict[str, object] = {"task": settings.task, "search": settings.method, "seed": seed}
+        facts |= {"board": parts.game.board_fact}
+        facts |= {"return": _return(parts, found), "driving_angle": _driving_angle(parts, found)}
+        facts |= {"interactions": int(found.interactions), "status": status}
+        if parts.target is not None and parts.target.units_per_cell is not None:
+            facts["units_per_cell"] = parts.target.units_per_cell
+        return replace(design, metadata=MappingProxyType(facts | pose(parts.objective, design)))
+
     with folder.new_trial(seed) as path:
-        return write_files(path, folder, settings, parts, outcome, design, row)
+        kept = keep_design(path, outcome, make, verifies=settings.files == "all" and settings.certify)
+        row = _row(seed, parts, kept, seconds, status)
+        return row, write_files(path, folder, settings, parts, kept, row)
+
+
+def _polish(
+    settings: Settings,
+    steps: int,
+    folder: RunFolder,
+    parts: Parts,
+    row: TrialRow,
+    report: Report | None,
+    should_stop: Callable[[], bool] | None,
+) -> tuple[TrialRow, list[str]]:
+    """The row with what came of the polish of the trial's best design; one that fails costs no more than itself."""
+    from origami_lab.experiment.reworked_designs import PolishOptions, polish_trial
+    from origami_lab.experiment.saved_design import saved_in
+
+    options = PolishOptions(steps, seconds=settings.polish_seconds, simplify=settings.polish_simplify)
+    if report is not None:
+        report(Polishing(row.seed, 0, row["return"]))
+    try:
+        done, polished = polish_trial(
+            saved_in(folder.trial(row.seed), parts.game, parts.objective, parts.target),
+            folder,
+            options,
+            pictures=settings.files == "all",
+            on_progress=report and (lambda laid, best: report(Polishing(row.seed, laid, best))),
+            should_stop=should_stop,
+        )
+    except FolderError:
+        raise
+    except Exception as error:
+        reason = reason_of(error)
+        row = replace(row, polish=f"{FAILED}: {reason}")
+        with folder.more_of_trial(row.seed, POLISHED) as path:
+            row.write(path / RESULT, beside_row(folder.trial(row.seed) / RESULT))
+        return row, [f"its best design is not polished: {reason}"]
+    return polished or row, list(done.warnings)
 
 
 def random_generator(seed: int) -> np.random.Generator:
@@ -103,19 +184,28 @@ def random_generator(seed: int) -> np.random.Generator:
     return np.random.default_rng(np.random.SeedSequence(seed))
 
 
-def _row(seed: int, parts: Parts, outcome: Outcome, design: CreasePattern, seconds: float, stopped: bool) -> TrialRow:
+def _return(parts: Parts, outcome: Outcome) -> float:
+    """The best return; if no episode succeeded all of them brought the penalty."""
+    return float(outcome.value) if outcome.succeeded else parts.game.penalty
+
+
+def _driving_angle(parts: Parts, outcome: Outcome) -> float | None:
+    """That of the best design, in degrees."""
+    return math.degrees(parts.game.angles[outcome.angle]) if outcome.succeeded else None
+
+
+def _row(seed: int, parts: Parts, kept: Kept, seconds: float, status: str) -> TrialRow:
     from origami_lab.objectives.objective import report as report_figures
 
+    outcome, design = kept.outcome, kept.design
     figures = report_figures(parts.objective, parts.game, outcome.actions, outcome.angle)
-    best = outcome.angle if outcome.succeeded else None
     return TrialRow(
         seed=seed,
-        # no episode succeeded: then all of them brought the penalty
-        return_=float(outcome.value) if outcome.succeeded else parts.game.penalty,
+        return_=_return(parts, outcome),
         return_vertex=_finite(figures.get("return_vertex")),
         return_surface=_finite(figures.get("return_surface")),
         return_sampled=_finite(figures.get("return_sampled")),
-        driving_angle=None if best is None else math.degrees(parts.game.angles[best]),
+        driving_angle=_driving_angle(parts, outcome),
         interactions=int(outcome.interactions),
         interactions_to_best=int(outcome.interactions_to_best),
         seconds=round(seconds, 3),
@@ -124,9 +214,11 @@ def _row(seed: int, parts: Parts, outcome: Outcome, design: CreasePattern, secon
         creases=int(np.count_nonzero(~design.boundary)),
         panels=len(design.panels),
         reach=len(design.driving_angles),
-        status=STOPPED if stopped else OK if outcome.succeeded else NO_DESIGN,
+        status=status,
         episodes=int(outcome.episodes),
         rejected=int(outcome.rejected),
+        places_evaluated=int(outcome.places_evaluated),
+        certificate=kept.verdict,
     )
 
 

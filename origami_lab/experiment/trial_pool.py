@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from origami_lab.config.settings import Settings
-from origami_lab.experiment.trial import Progress
+from origami_lab.experiment.trial import Polishing, Progress
 from origami_lab.experiment.trial_worker import Compiling, Failed, Finished, Task, Warm, serve
 from origami_lab.runs.run_folder import RunFolder
 from origami_lab.workers.worker_process import STOP, WorkerProcess, hear
@@ -35,7 +35,7 @@ class Tick:
     """Nothing happened for a moment: time to refresh the display."""
 
 
-Event = Started | Compiling | Warm | Progress | Finished | Failed | Tick
+Event = Started | Compiling | Warm | Progress | Polishing | Finished | Failed | Tick
 
 
 class _Worker(WorkerProcess):
@@ -134,7 +134,7 @@ class TrialPool:
                 yield event
                 continue
             worker.playing = True
-            if not isinstance(event, Progress):
+            if isinstance(event, Finished | Failed):
                 worker.task = None
             yield event
         for worker in busy:
@@ -163,4 +163,6 @@ class TrialPool:
 
 def _is_under_way(event: Event) -> bool:
     """Whether all kernels are on disk, or a trial has played and certified a design, or is over."""
-    return isinstance(event, Warm | Finished | Failed) or (isinstance(event, Progress) and event.best is not None)
+    return isinstance(event, Warm | Polishing | Finished | Failed) or (
+        isinstance(event, Progress) and event.best is not None
+    )

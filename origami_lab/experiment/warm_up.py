@@ -49,7 +49,7 @@ def warm_up(settings: Settings, compiles: Callable[[], None]) -> float | None:
         load_kernels(settings)
         parts = build_parts(settings)
         if clock.seconds and _are_known(parts):
-            small = replace(settings, budget=min(settings.budget, SOME))
+            small = replace(settings, budget=min(settings.budget, SOME), polish=None)
             with tempfile.TemporaryDirectory(prefix="origami-lab-") as place:
                 folder = RunFolder(Path(place))
                 folder.begin(settings.config, parts.target, None)

@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from origami_lab.game.kernels.boundary import NEXT, PREV, tail
 from origami_lab.game.kernels.legal_actions import is_selectable, location_is_legal, source_fits
 from origami_lab.game.kernels.play import leaf_at, play_action
+from origami_lab.game.kernels.start_corners import pick_is_legal
 from origami_lab.game.kernels.state import (
     NOT_FOLDABLE,
     PLACEMENT,
     RUNNING,
     SELECTION,
-    SQUARE,
     Record,
     States,
     board_points,
@@ -38,7 +38,8 @@ MOVE = np.dtype(
                 ("kind", np.int32),  # PLACE, EXTEND or SOURCE
                 ("leaf", np.int32),  # the vertex that is extended or gets a source; −1 for a placement
                 ("sign", np.int32),  # the rigid body mode, or the sign of the driving angle
-                ("first", np.int32),  # children in the order they are placed; −1 where there is none
+                # children in the order they are placed, or the corners by which a placement is chosen; −1: none
+                ("first", np.int32),
                 ("second", np.int32),  # −1, too, for a leaf on an axis: its other outer child is an image
                 ("middle", np.int32),
                 ("option", np.int32),  # a placement's option, or a source's end: 0 start, 1 end
@@ -79,6 +80,12 @@ def read_moves(states: States, i: int, rules: States, origin: States, moves: Mov
         move.leaf = move.first = move.second = move.middle = -1
         move.option = 0
         count += 1
+        if a < r.picks and begin.phase == PLACEMENT:
+            move.first = vertex_at[action - 2 * n]
+            if r.picks > 1:
+                move.second = vertex_at[s.actions[a + 1] - 2 * n]
+            a += r.picks
+            action = s.actions[a]
         if action < 2 * n:
             move.kind = EXTEND
             move.leaf, move.sign = vertex_at[action % n], 1 if action >= n else -1
@@ -99,7 +106,7 @@ def read_moves(states: States, i: int, rules: States, origin: States, moves: Mov
             option = action - 3 * n - 5
             move.kind = PLACE
             move.sign, move.option = 1 if option & 1 else -1, option // 2
-            a, crease = a + 1, crease + (4 if r.start == SQUARE else 1)
+            a, crease = a + 1, crease + r.n_driven
     return count
 
 
@@ -143,8 +150,17 @@ def lay_move(s: Record, r: Record, move: Record, points: Points, notes: Notes) -
     if move.kind == PLACE:
         if s.phase != PLACEMENT or move.option < 0 or move.option >= r.n_placements:
             return False, 0
-        play_noted_only(s, r, 3 * n + 5 + 2 * move.option + bit, notes[0])
-        return True, 1
+        picked = 0
+        while picked < r.picks:
+            v = move.first if picked == 0 else move.second
+            x, y = points[v, 0], points[v, 1]
+            if not pick_is_legal(s, r, x, y):
+                take_back(s, notes, picked)
+                return False, picked
+            play_noted_only(s, r, 2 * n + point_index(r, x, y), notes[picked])
+            picked += 1
+        play_noted_only(s, r, 3 * n + 5 + 2 * move.option + bit, notes[picked])
+        return True, picked + 1
     if s.phase != SELECTION:
         return False, 0
     x, y = points[move.leaf, 0], points[move.leaf, 1]
@@ -181,6 +197,9 @@ def replay_move(s: Record, r: Record, move: Record, points: Points) -> None:
     n = board_points(r)
     bit = 1 if move.sign > 0 else 0
     if move.kind == PLACE:
+        for v in (move.first, move.second):
+            if v >= 0:
+                play_action(s, r, 2 * n + point_index(r, points[v, 0], points[v, 1]))
         play_action(s, r, 3 * n + 5 + 2 * move.option + bit)
     elif move.kind == SOURCE:
         play_action(s, r, 3 * n + 1 + 2 * move.option + bit)

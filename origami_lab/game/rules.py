@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import copy
 import math
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from origami_lab.errors import InputError
 from origami_lab.game.kernels import play
 from origami_lab.game.kernels.state import DEFAULT_VERTICES, States, rules_dtype, state_dtype
 from origami_lab.game.rule_settings import RuleSettings
@@ -31,8 +33,10 @@ class Rules:
 
     Attributes
     ----------
+    board
+        Points of the board along x and along y.
     half
-        Half-width of the board: coordinates run from −half to half.
+        Half of the board's sides: coordinates run from −half to half, x by the first and y by the second.
     points
         Points of the board.
     angles
@@ -57,8 +61,8 @@ class Rules:
     """
 
     def __init__(self, settings: RuleSettings, start: Start, collisions: bool) -> None:
-        board_size, count = settings.board_size, settings.driving_angle_count
-        self.board_size, self.half, self.points = board_size, (board_size - 1) // 2, board_size**2
+        width, height, count = settings.width, settings.height, settings.driving_angle_count
+        self.board, self.half, self.points = (width, height), ((width - 1) // 2, (height - 1) // 2), width * height
         self.symmetry, self.start = GROUPS[settings.symmetry], start
         self.stuck_is_penalised = settings.stuck == "penalise"
         self.fixed = settings.driving_angle_fixed is not None
@@ -75,7 +79,8 @@ class Rules:
     def _record(self, settings: RuleSettings, placements: range, collisions: bool) -> States:
         record = np.zeros(1, dtype=rules_dtype(settings.driving_angle_count))
         rules, group = record[0], self.symmetry
-        rules["half"], rules["order"] = self.half, group.order
+        rules["half_x"], rules["half_y"] = self.half
+        rules["order"] = group.order
         rules["matrices"][: group.order] = group.matrices.reshape(-1, 4)
         rules["products"][: group.order, : group.order] = group.products
         rules["inverses"][: group.order] = group.inverses
@@ -88,7 +93,18 @@ class Rules:
         rules["sources"], rules["collisions"] = settings.source_action, collisions
         rules["start"], rules["first_placement"] = self.start.kind, placements.start
         rules["n_placements"] = len(placements)
+        for name, value in self.start.fields(self.half, group).items():
+            rules[name] = value
+        if (corners := int(rules["n_corners"])) + 3 > self.capacity:
+            expected = f"must be larger: the start pattern has {corners} corners"
+            raise InputError("capacity", self.capacity, expected)
         return record
+
+    @cached_property
+    def playable_points(self) -> NDArray[np.bool_]:
+        """(points,) which points of the board are playable, row by row from the lower left."""
+        x, y = np.meshgrid(*(np.arange(-half, half + 1) for half in self.half))
+        return self.symmetry.playable(np.stack([x.ravel(), y.ravel()], axis=-1))
 
     def _set_angles(self, largest: float, count: int) -> None:
         self.angles = math.radians(largest) * np.arange(1, count + 1) / count

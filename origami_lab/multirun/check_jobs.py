@@ -23,6 +23,7 @@ from origami_lab.config.instantiate import build_parts
 from origami_lab.config.seeds import format_seeds, parse_seeds
 from origami_lab.config.settings import fit_workers, read_settings
 from origami_lab.errors import InputError
+from origami_lab.files import require_no_link
 from origami_lab.multirun.launchers import cores_of_job
 from origami_lab.runs.multirun_folder import INDEX, Index, begun_seeds, new_index, read_index, write_index
 from origami_lab.tracking.tracker import check_tracking
@@ -109,7 +110,7 @@ def _checked(name: str, jobs: Sequence[Sequence[str]], folder: Path) -> Index:
             raise InputError("output", folder, "must be a new or empty folder; resume=true finishes the multirun in it")
         if config.resume and folder.exists() and any(folder.iterdir()) and read_index(folder) is None:
             raise InputError("output", folder, f"must be the folder of a multirun, there is no {INDEX} in it")
-        config.output = str(folder / job.folder)
+        config.output = str(_job_folder(folder, job.folder))
         settings = fit_workers(read_settings(config))
         check_tracking(settings)
         build_parts(settings)
@@ -118,6 +119,14 @@ def _checked(name: str, jobs: Sequence[Sequence[str]], folder: Path) -> Index:
         holds = format_seeds(sorted({*asked, *there}) if there else asked)
         found[found.index(job)] = replace(job, task=settings.task, method=settings.method, seeds=holds)
     return replace(index, jobs=tuple(found))
+
+
+def _job_folder(folder: Path, name: str) -> Path:
+    """The folder of a job in that of the multirun; raises InputError if it is a link to another one."""
+    try:
+        return require_no_link(folder, name)
+    except OSError as error:
+        raise InputError("output", folder, f"cannot be used: {error.strerror}") from error
 
 
 def _plain(value: Any) -> Any:
@@ -150,7 +159,7 @@ def enter_job(config: DictConfig, hydra: DictConfig, folder: Path, place: Path) 
         raise InputError("output", folder, f"has no job {' '.join(overrides)} in its {INDEX}; start anew")
     # a sweeper that makes up its jobs as it goes has them numbered
     name = job.folder if job else str(hydra.job.num)
-    config.output = str(folder / name)
+    config.output = str(_job_folder(folder, name))
     # a job that a cluster starts again, because its node died, goes on
     config.resume = (folder / name / "config.yaml").is_file()
     cores = cores_of_job(hydra.launcher)

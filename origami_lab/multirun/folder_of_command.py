@@ -1,4 +1,4 @@
-"""origami_lab/multirun/folder_of_command.py."""
+"""The folder of a multirun, from what was typed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from origami_lab.errors import InputError
 from origami_lab.files import expanded
-from origami_lab.multirun.launchers import _value
+from origami_lab.multirun.launchers import typed_value
 from origami_lab.runs.multirun_folder import INDEX
 from origami_lab.runs.run_folder import RESULTS, fresh_folder
 
@@ -33,18 +33,18 @@ def own_words(overrides: Sequence[str], several: bool) -> list[str]:
     InputError
         If they set something of Hydra's that would be without effect.
     """
-    if (value := _value(overrides, RUN_DIR)) is not None and several:
+    if (value := typed_value(overrides, RUN_DIR)) is not None and several:
         raise InputError(RUN_DIR, value, "is the folder of one run; that of a multirun is given as output=DIR")
-    if (there := _value(overrides, SWEEP_DIR)) is not None and not several:
+    if (there := typed_value(overrides, SWEEP_DIR)) is not None and not several:
         raise InputError(SWEEP_DIR, there, "is the folder of a multirun, -m; that of one run is given as output=DIR")
-    if (below := _value(overrides, "hydra.sweep.subdir")) is not None:
+    if (below := typed_value(overrides, "hydra.sweep.subdir")) is not None:
         expected = "cannot be chosen: the folders of a multirun's jobs are named by what differs"
         raise InputError("hydra.sweep.subdir", below, expected)
-    if _value(overrides, "hydra.job.chdir") is True:
+    if typed_value(overrides, "hydra.job.chdir") is True:
         raise InputError("hydra.job.chdir", "true", "must be false: paths are meant from where the command is typed")
     if value is None:
         return list(overrides)
-    if _value(overrides, "output") is not None:
+    if typed_value(overrides, "output") is not None:
         raise InputError(RUN_DIR, value, "is the same thing as output; give one of them")
     folder = str(_folder(RUN_DIR, value)).replace("\\", "\\\\").replace("'", "\\'")
     kept = [word for word in overrides if word.partition("=")[0].lstrip("+") not in (RUN_DIR, "output")]
@@ -65,13 +65,13 @@ def multirun_folder(overrides: Sequence[str]) -> Iterator[Path]:
     InputError
         If it is not one folder, or cannot be made.
     """
-    given = [_folder(key, value) for key in ("output", SWEEP_DIR) if (value := _value(overrides, key)) is not None]
+    given = [_folder(key, value) for key in ("output", SWEEP_DIR) if (value := typed_value(overrides, key)) is not None]
     if len(given) > 1:
         raise InputError(SWEEP_DIR, given[1], "is the same thing as output in a multirun; give one of them")
     if given:
         yield given[0]
         return
-    if _value(overrides, "resume") is True:
+    if typed_value(overrides, "resume") is True:
         last = max(MULTIRUNS.glob(f"*/{INDEX}"), default=None)
         hint = f", e.g. output={last.parent}" if last else ""
         raise InputError("resume", "true", f"must come with the multirun's folder to finish, output=DIR{hint}")

@@ -9,6 +9,7 @@ that have not begun do not begin, those that run and did not hear the signal the
 from __future__ import annotations
 
 import _thread
+import os
 import signal
 import threading
 import time
@@ -19,6 +20,7 @@ from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any
 
+from origami_lab.files import open_marker, regular_bytes
 from origami_lab.workers.interrupts import NUMBERS, SAME_SECONDS, Interrupts
 
 MARK = ".stopping"
@@ -103,7 +105,8 @@ class LauncherInterrupts:
         self._raises = self.count > 1 or not self.has_started()
         if self.has_started():
             try:
-                (self.folder / MARK).write_text(str(self.count), encoding="utf-8")
+                with os.fdopen(open_marker(self.folder / MARK), "r+b") as mark:
+                    mark.write(str(self.count).encode())
             except OSError:  # no job would see it
                 self._raises = True
         if not self._raises:
@@ -120,7 +123,7 @@ def clear_mark(folder: Path) -> None:
 def marked(folder: Path) -> int:
     """How many signals the command of a multirun has taken."""
     try:
-        return int((folder / MARK).read_text(encoding="utf-8"))
+        return int(regular_bytes(folder / MARK, 10))
     except (OSError, ValueError):
         return 0
 

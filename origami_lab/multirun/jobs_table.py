@@ -1,4 +1,4 @@
-"""origami_lab/multirun/jobs_table.py."""
+"""The table that a multirun prints at its end: a line for each of its jobs."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     from origami_lab.runs.multirun_folder import JobResult
 
 
-def _title(found: Sequence[JobResult], experiment: str) -> str:
+def jobs_title(found: Sequence[JobResult], experiment: str) -> str:
     """The title of the table: all that the jobs have in common."""
     names = ({getattr(outcome.job, kind) for outcome in found} for kind in ("task", "method"))
     common = [next(iter(values)) for values in names if len(values) == 1]
     return " · ".join([f"{len(found)} job{'' if len(found) == 1 else 's'}", *common, experiment])
 
 
-def _table(found: Sequence[JobResult], console: Console) -> Table:
+def table_of_jobs(found: Sequence[JobResult], console: Console) -> Table:
     """One line a job, by what tells it from the others; the best of each task is bold."""
     from rich.measure import Measurement
 

@@ -1,4 +1,4 @@
-"""origami_lab/multirun/launchers.py."""
+"""Hydra's launchers: which there are, what each needs, and the settings that a multirun gives them."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def launcher_settings(overrides: Sequence[str]) -> tuple[str, ...]:
     InputError
         If the launcher's package is not there.
     """
-    name = _value(overrides, LAUNCHER)
+    name = typed_value(overrides, LAUNCHER)
     launcher = LAUNCHERS.get(str(name))
     if launcher is None:
         return ()
@@ -77,11 +77,11 @@ def launcher_settings(overrides: Sequence[str]) -> tuple[str, ...]:
 
 def has_local_jobs(overrides: Sequence[str]) -> bool:
     """Whether a command's launcher runs its jobs as other processes of the same terminal."""
-    launcher = LAUNCHERS.get(str(_value(overrides, LAUNCHER)))
+    launcher = LAUNCHERS.get(str(typed_value(overrides, LAUNCHER)))
     return launcher is not None and launcher.local
 
 
-def _value(overrides: Sequence[str], key: str) -> Any:
+def typed_value(overrides: Sequence[str], key: str) -> Any:
     """The value that the command gives for a key; None if none."""
     texts = [text for text in overrides if text.partition("=")[0].lstrip("+") == key]
     if not texts:

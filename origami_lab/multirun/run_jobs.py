@@ -14,7 +14,7 @@ from rich.console import Console
 
 from origami_lab.errors import EXIT_FAILED, EXIT_INPUT, EXIT_OK, InputError
 from origami_lab.experiment.api import run_one
-from origami_lab.multirun.jobs_table import _table, _title
+from origami_lab.multirun.jobs_table import jobs_title, table_of_jobs
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
@@ -153,8 +153,8 @@ class Multirun:
             _say(f"warning: {self.folder / TABLE} could not be written ({error.strerror})")
         console = Console()
         if not self.is_quiet:
-            console.print(_title(found, index.experiment), style="italic", highlight=False, soft_wrap=True)
-            console.print(_table(found, console))
+            console.print(jobs_title(found, index.experiment), style="italic", highlight=False, soft_wrap=True)
+            console.print(table_of_jobs(found, console))
             folder = shlex.quote(str(self.folder))
             lines = [f"to compare them: origami-lab report {folder}"]
             if self.exit_code:

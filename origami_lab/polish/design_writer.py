@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from origami_lab.drawing.scene import TargetSurface
-from origami_lab.errors import InputError
 from origami_lab.files import write_whole
 from origami_lab.fold_format.writer import as_fold_file, write_fold
 from origami_lab.game.crease_pattern import CreasePattern
@@ -34,20 +33,17 @@ def write_design(
 
     Raises
     ------
-    InputError
-        If the folder cannot be written.
+    OSError
+        If one cannot be written.
     """
     from dataclasses import replace
 
     fold = as_fold_file(design)
     certificate = replace(certificate, name=f"{stem}.fold")
     files = {name: folder / f"{stem}{name}" for name in (".fold", ".json", ".certificate.json")}
-    try:
-        write_fold(files[".fold"], fold)
-        write_whole(files[".json"], (json.dumps(figures, indent=1) + "\n").encode())
-        write_whole(files[".certificate.json"], certificate.json_text().encode())
-    except OSError as error:
-        raise InputError("path", folder, f"cannot be written: {error.strerror or error}") from None
+    write_fold(files[".fold"], fold)
+    write_whole(files[".json"], json.dumps(figures, indent=1) + "\n")
+    write_whole(files[".certificate.json"], certificate.json_text())
     written, warnings = list(files.values()), []
     if pictures:
         from origami_lab.drawing import draw_folded, draw_pattern
@@ -59,13 +55,9 @@ def write_design(
             (f"{stem}.html", lambda file: write_viewer(fold, file, target)),
         )
         for name, draw in drawn:
-            part = folder / f".part.{name}"
             try:
-                draw(part)
-                part.replace(folder / name)
+                draw(folder / name)
                 written.append(folder / name)
             except Exception as error:
                 warnings.append(f"no {name}: {type(error).__name__}: {error}")
-            finally:
-                part.unlink(missing_ok=True)
     return tuple(written), tuple(warnings)

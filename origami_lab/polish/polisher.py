@@ -35,6 +35,12 @@ SOFT_STEPS = 300
 """Designs laid on the way to where the next descent of the largest distance begins."""
 SHARPNESS = (5.0, 30.0)
 """Least and largest sharpness of the energy on that way."""
+ONLY_SHAPES = "cannot be polished: only objective=shape with a target can"
+
+
+def can_be_polished(objective: Any) -> bool:
+    """Whether designs for it can be: what a class of the user's own adds to a shape's return is not known here."""
+    return type(objective) is ShapeObjective
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +60,7 @@ class Polished:
     steps: int
     """Designs that were laid."""
     whole: bool
-    """Whether all the steps asked for were taken; False where the time limit ended them."""
+    """Whether all the steps asked for were taken; False where the time limit ended them, or the caller."""
     seconds: float
     board: FineBoard = field(repr=False)
     """The design on its fine board."""
@@ -72,6 +78,7 @@ def polish_design(
     finer: int = FINER,
     metadata: Mapping[str, object] | None = None,
     on_progress: Callable[[int, float], None] | None = None,
+    should_stop: Callable[[], bool] | None = None,
 ) -> Polished:
     """Move the vertices, the start pattern's size and the driving angle of a design so that it fits its target better.
 
@@ -95,6 +102,8 @@ def polish_design(
         Facts to keep with the design.
     on_progress
         Told the designs laid so far and the best return, a few times a second.
+    should_stop
+        Asked often; once it says yes the work ends with what it has.
 
     Raises
     ------
@@ -103,12 +112,11 @@ def polish_design(
         certified as it is.
     """
     check_numbers(steps, seed, seconds)
-    if not isinstance(objective, ShapeObjective):
-        expected = "cannot be polished: only objective=shape with a target can"
-        raise InputError("objective", type(objective).__name__, expected)
+    if not can_be_polished(objective):
+        raise InputError("objective", type(objective).__name__, ONLY_SHAPES)
     started = time.monotonic()
     board = fine_board(game, actions, finer)
-    descent = Descent(board, objective, float(game.angles[angle]), steps, started, seconds, on_progress)
+    descent = Descent(board, objective, float(game.angles[angle]), steps, started, seconds, on_progress, should_stop)
     first = verify_at(board, descent.found[0])
     if first.verdict != CERTIFIED:
         raise InputError("design", "unpolished", f"must be certified before it can be polished: {first.reason}")
@@ -166,9 +174,10 @@ class Descent:
         started: float,
         seconds: float | None,
         on_progress: Callable[[int, float], None] | None,
+        should_stop: Callable[[], bool] | None,
     ) -> None:
         self._board, self._limit, self._started, self._seconds = board, steps, started, seconds
-        self._on_progress, self._told = on_progress, started
+        self._on_progress, self._told, self._should_stop = on_progress, started, should_stop
         self.steps = 0
         self.whole = True
         stick = yardstick_of(objective, board)
@@ -220,7 +229,8 @@ class Descent:
     def _spend(self, designs: int) -> bool:
         """Count designs that are about to be laid; whether they may be."""
         now = time.monotonic()
-        if self._seconds is not None and now - self._started > self._seconds:
+        late = self._seconds is not None and now - self._started > self._seconds
+        if late or (self._should_stop is not None and self._should_stop()):
             self.whole = False
             return False
         if self.steps + designs > self._limit:

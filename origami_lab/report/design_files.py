@@ -17,7 +17,7 @@ from origami_lab.fold_format.motion_frames import read_motion
 from origami_lab.report.gallery import Shape, read_target_of
 from origami_lab.report.run_groups import Heading
 from origami_lab.report.run_reader import Trial
-from origami_lab.runs.trial_row import VERDICTS
+from origami_lab.runs.trial_row import NOT_CHECKED, VERDICTS
 
 DESIGNS = "designs"
 SCRIPT = "viewer.js"
@@ -34,7 +34,7 @@ class DesignFiles:
     certificate: str | None
     """None where there is none."""
     verdict: str
-    """One of ``VERDICTS``, or :data:`UNKNOWN`."""
+    """One of ``VERDICTS``, what its row says where there is no certificate, or :data:`UNKNOWN`."""
 
 
 def write_designs(
@@ -74,5 +74,5 @@ def _certificate(trial: Trial) -> tuple[str | None, str]:
         text = (trial.folder / "certificate.json").read_text(encoding="utf-8")
         verdict = json.loads(text)["verdict"]
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return None, UNKNOWN
+        return None, NOT_CHECKED if trial.row.certificate == NOT_CHECKED else UNKNOWN
     return (text, str(verdict)) if verdict in VERDICTS else (None, UNKNOWN)

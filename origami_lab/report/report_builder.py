@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import re
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from matplotlib.figure import Figure
 from origami_lab.drawing.figures import png_and_svg
 from origami_lab.drawing.pattern_picture import pattern_figure
 from origami_lab.errors import InputError
-from origami_lab.files import write_whole
+from origami_lab.files import read_json, regular_bytes, remove_files, require_no_link, write_whole
 from origami_lab.report.design_files import DESIGNS, write_designs
 from origami_lab.report.gallery import best_shape, draw_motion, draw_shapes, gallery_figure, motion_figure
 from origami_lab.report.known_values import KnownValues
@@ -25,8 +26,15 @@ from origami_lab.report.table_formats import csv_text, latex, many, markdown
 from origami_lab.report.tables import Table, interactions_table, return_tables
 
 FIGURES = "figures"
-OURS = {FIGURES: (".png", ".svg"), DESIGNS: (".html", ".svg", ".json", ".js")}
-"""Folders of a report and what it puts there."""
+LARGEST_PAGE = 2**30
+"""Bytes of a page that is looked at: its pictures are in it."""
+PAGE, MANIFEST = "index.html", "files.json"
+"""The page, and the list of all files of a report: an own one, by which a later report knows what it may remove."""
+_OF_0_1_0 = {
+    FIGURES: re.compile(r"(learning|solved|gallery|pattern|motion)(-[\w.=-]+)?\.(png|svg)"),
+    DESIGNS: re.compile(r"best-[\w.=-]+\.(html|svg|json)|viewer\.js"),
+}
+"""Names of files that reports of version 0.1.0 have drawn, which had no list."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +114,7 @@ def build_report(
     below = {note for table in tables for note in table.notes}
     above = tuple(note for note in notes if f"{note.text}." not in below)
     content = Content(runs, groups, tables, learning, reached, shapes, beside_page, patterns, motions, above)
-    _write(output, {"index.html": render(content, output), **files.contents})
+    _write(output, {PAGE: render(content, output), **files.contents})
     return Report(output, runs, notes)
 
 
@@ -146,14 +154,32 @@ def _check_output(output: Path) -> None:
         if output.exists() and any(output.iterdir()) and not _is_ours(output):
             raise InputError("--output", output, "must be a new or empty folder, or that of an earlier report")
         output.mkdir(parents=True, exist_ok=True)
+        for folder in (FIGURES, DESIGNS):
+            require_no_link(output, folder)
         tempfile.TemporaryFile(dir=output).close()
     except OSError as error:
         raise _unwritable(output, error) from error
 
 
 def _is_ours(output: Path) -> bool:
-    page = output / "index.html"
-    return page.is_file() and GENERATOR in page.read_text(encoding="utf-8", errors="replace")[:1000]
+    try:
+        page = regular_bytes(require_no_link(output, PAGE), LARGEST_PAGE)
+    except OSError:
+        return False
+    return GENERATOR in page[:1000].decode("utf-8", "replace")
+
+
+def _earlier_files(output: Path) -> list[str]:
+    """The drawn files of the report that is there: those of its list or, without one, those that are known by name."""
+    try:
+        listed = read_json(require_no_link(output, MANIFEST))["files"]
+        return [name for name in listed if isinstance(name, str) and name.partition("/")[0] in (FIGURES, DESIGNS)]
+    except FileNotFoundError:
+        folders = [folder for folder in _OF_0_1_0 if (output / folder).is_dir() and not (output / folder).is_symlink()]
+        there = ((folder, file.name) for folder in folders for file in (output / folder).iterdir())
+        return [f"{folder}/{name}" for folder, name in there if _OF_0_1_0[folder].fullmatch(name)]
+    except (OSError, ValueError, KeyError, TypeError):
+        return []
 
 
 def _unwritable(output: Path, error: OSError) -> InputError:
@@ -163,13 +189,18 @@ def _unwritable(output: Path, error: OSError) -> InputError:
 def _write(output: Path, files: Mapping[str, str | bytes]) -> None:
     """Write the files, the page first, and remove what an earlier report has drawn and this one has not."""
     try:
+        earlier = _earlier_files(output)
         for folder in {Path(name).parent for name in files}:
-            (output / folder).mkdir(exist_ok=True)
+            require_no_link(output, folder).mkdir(exist_ok=True)
+        _write_list(output, [*files, *earlier])
         for name, content in files.items():
             write_whole(output / name, content, sync=True)
-        for ours, kinds in OURS.items():
-            for old in (output / ours).glob("*"):
-                if f"{ours}/{old.name}" not in files and old.suffix in kinds:
-                    old.unlink()
+        remove_files(output, [name for name in earlier if name not in files])
+        _write_list(output, files)
     except OSError as error:
         raise _unwritable(output, error) from error
+
+
+def _write_list(output: Path, names: Iterable[str]) -> None:
+    """Write the list of a report's files; while it is being written also those of the report before."""
+    write_whole(output / MANIFEST, json.dumps({"files": sorted({MANIFEST, *names})}, indent=1) + "\n", sync=True)

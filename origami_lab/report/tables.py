@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from origami_lab.report.known_values import Known, KnownValues
 from origami_lab.report.run_groups import Group, Groups, Heading
@@ -14,6 +14,7 @@ MISSING = "–"
 HIGHER, LOWER = "↑", "↓"
 """Ours against the value beside it."""
 DISTANCES = ("vertex", "surface", "sampled")
+PLACES = "places evaluated"
 
 
 @dataclass(frozen=True)
@@ -64,18 +65,43 @@ def return_tables(groups: Groups, beside: KnownValues | None = None) -> list[Tab
         if any(_differ(first.get(place), spread) for place, spread in values.items()):
             name = f"returns_{distance}"
             tables.append(_table(groups, name, f"Best return, measured by {distance} distance", values, beside, 4))
+    if polished := _values(groups, "polished_return"):
+        title = "Return of the best designs once polished off the grid"
+        tables.append(_table(groups, "returns_polished", title, polished, {}, 4))
     return tables
 
 
 def interactions_table(groups: Groups, beside: KnownValues | None = None) -> Table:
-    """Interactions until the best design was found, in thousands, of the trials that found one."""
+    """Interactions until the best design was found, in thousands, of the trials that found one.
+
+    Where places were evaluated without being played, how many of them a trial has a row of its own.
+    """
     values = {}
     for place, group in groups.cells.items():
         found = ((t.row.interactions_to_best or 0) / 1000 for t in group.counted if t.row.outcome == OK)
         spread = spread_of(found)
         if spread is not None:
             values[place] = spread
-    return _table(groups, "interactions", "Interactions to the best design, in thousands", values, beside or {}, 1)
+    title = "Interactions to the best design, in thousands"
+    return _with_places(groups, _table(groups, "interactions", title, values, beside or {}, 1))
+
+
+def _with_places(groups: Groups, table: Table) -> Table:
+    """The table with a row below each searcher that evaluates places without playing them: how many, in thousands."""
+    rows, cells = [], dict(table.cells)
+    for row in table.rows:
+        rows.append(row)
+        own = Heading(row.name, f"{row.label} ({PLACES})")
+        for column in table.columns:
+            group = groups.cells.get((row, column))
+            spread = spread_of((t.row.places_evaluated or 0) / 1000 for t in group.counted) if group else None
+            if spread is not None and spread.mean > 0:
+                cells[own, column] = Cell(spread)
+                rows += [own] if own not in rows else []
+    notes = table.notes
+    if len(rows) > len(table.rows):
+        notes = (*notes, f"{PLACES.capitalize()} of all a trial, in thousands: looked at without being played.")
+    return replace(table, rows=tuple(rows), cells=cells, notes=notes)
 
 
 Place = tuple[Heading, Heading]

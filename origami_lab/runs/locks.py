@@ -8,6 +8,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from origami_lab.errors import InputError
+from origami_lab.files import open_marker
 
 RUNNING = ".running"
 """The file that a run has locked in its folder, and removes when it ends."""
@@ -33,7 +34,11 @@ def locked(folder: Path) -> Iterator[None]:
         return
     path = folder / RUNNING
     while True:
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT)
+        try:
+            descriptor = open_marker(path)
+        except OSError as error:
+            expected = f"must be a folder that can be locked: {RUNNING} cannot be made ({error.strerror})"
+            raise InputError("output", folder, expected) from error
         try:
             try:
                 fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -57,7 +62,7 @@ def locked(folder: Path) -> Iterator[None]:
 
 def _is_at(descriptor: int, path: Path) -> bool:
     try:
-        return os.path.samestat(os.fstat(descriptor), path.stat())
+        return os.path.samestat(os.fstat(descriptor), path.lstat())
     except FileNotFoundError:
         return False
 

@@ -27,7 +27,7 @@ from pathlib import Path
 from origami_lab.config.node import FREE_TO_CHANGE
 from origami_lab.config.seeds import format_seeds, parse_seeds
 from origami_lab.errors import InputError
-from origami_lab.files import write_whole
+from origami_lab.files import read_json, write_whole
 from origami_lab.runs.run_folder import RunFolder
 from origami_lab.runs.trial_row import FAILED, STOPPED, Spread, TrialRow, best_row, spreads
 
@@ -38,6 +38,8 @@ _FOUND = (
     *("status", "trials", "asked", "return_mean", "return_std"),
     *("best_return", "best_seed", "interactions"),
 )
+_FOLDER = re.compile(r"[\w+=-][\w.+=-]*")
+"""Names of folders as :meth:`Index.planned` gives them."""
 LONGEST = 100
 """Characters of a folder's name."""
 
@@ -180,9 +182,11 @@ def new_index(folder: Path) -> Index:
 def read_index(folder: Path) -> Index | None:
     """The index in a folder; None if there is none that can be read."""
     try:
-        content = json.loads((folder / INDEX).read_text(encoding="utf-8"))
-        jobs = (PlannedJob(**{**job, "overrides": tuple(job["overrides"])}) for job in content["jobs"])
-        return Index(str(content["id"]), tuple(jobs))
+        content = read_json(folder / INDEX)
+        jobs = tuple(PlannedJob(**{**job, "overrides": tuple(job["overrides"])}) for job in content["jobs"])
+        if not all(_FOLDER.fullmatch(job.folder) for job in jobs):  # they lie in this one
+            return None
+        return Index(str(content["id"]), jobs)
     except (OSError, ValueError, KeyError, TypeError):
         return None
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
@@ -14,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from origami_lab.config.dotted_path import locate
 from origami_lab.errors import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK, InputError
 from origami_lab.file_names import ACTIONS, BEST, CONFIG, trial_folder
-from origami_lab.files import expanded
+from origami_lab.files import expanded, read_json
 from origami_lab.game.crease_pattern import CreasePattern
 from origami_lab.runs.run_folder import RunFolder, read_summary
 from origami_lab.runs.trial_row import COLUMNS, KINDS, NO_DESIGN, TrialRow, best_row, counts, spreads
@@ -173,7 +172,7 @@ def replay_design(trial: Path) -> TrialDesign:
 
     file = trial / ACTIONS
     try:
-        saved = json.loads(file.read_text(encoding="utf-8"))
+        saved = read_json(file)
         settings, start = dict(saved["game"]), dict(saved["game"]["start"])
         settings["start"] = locate("start", start.pop("_target_"))(**start)
         if settings.get("capacity") is None:  # the game's own default

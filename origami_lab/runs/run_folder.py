@@ -20,7 +20,7 @@ import errno
 import json
 import os
 import re
-import shutil
+import shlex
 import tempfile
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -28,11 +28,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from omegaconf import OmegaConf
-from omegaconf.errors import OmegaConfBaseException
-from yaml import YAMLError  # type: ignore[import-untyped]
-
+from origami_lab.config.config_file import config_text, read_config_file
 from origami_lab.config.earlier_versions import as_of_today, with_public_targets
 from origami_lab.config.node import FREE_TO_CHANGE, Node, check_format, flatten
 from origami_lab.config.settings import Settings
@@ -50,14 +46,18 @@ from origami_lab.file_names import (
     error_file,
     trial_folder,
 )
-from origami_lab.files import on_disk, write_whole
+from origami_lab.files import on_disk, read_json, remove_files, remove_folder, require_no_link, write_whole
+from origami_lab.runs.kept_files import keep_others
 from origami_lab.runs.locks import RUNNING, locked
+from origami_lab.runs.target_file import ply_bytes
 from origami_lab.runs.trial_row import TrialRow, format_trials, read_trials
 
 if TYPE_CHECKING:
     from origami_lab.targets.target import Target
 
 RESULTS = Path("results")
+SPARE_BYTES = 2**20
+"""Free bytes that rule out a full disk as the cause of a file that failed."""
 
 _LEFTOVER = re.compile(
     r"\.((config\.yaml|target\.ply|start\.json|trials\.csv|(summary|tracking)\.json|seed=\d+\.error\.txt)\.\d+|seed=\d+\.(\d+|old))\.tmp"
@@ -156,8 +156,8 @@ class RunFolder:
                 with suppress(OSError):
                     if leftover.name.endswith(".old.tmp") and not final.exists():
                         leftover.replace(final)
-                    elif leftover.is_dir():
-                        shutil.rmtree(leftover)
+                    elif leftover.is_dir() and not leftover.is_symlink():
+                        remove_folder(leftover)
                     else:
                         leftover.unlink()
 
@@ -171,10 +171,9 @@ class RunFolder:
     def config(self) -> dict[str, Any]:
         """The configuration the run was started with; raises InputError if it cannot be read."""
         try:
-            container = OmegaConf.to_container(OmegaConf.load(self.path / CONFIG), resolve=True)
-        except (OSError, ValueError, OmegaConfBaseException, YAMLError) as error:
+            config = read_config_file("output", self.path / CONFIG)
+        except InputError as error:
             raise InputError("output", self.path, "must hold a run's config.yaml, this one cannot be read") from error
-        config = {str(key): value for key, value in container.items()} if isinstance(container, dict) else {}
         check_format(config)
         return as_of_today(config)
 
@@ -193,7 +192,7 @@ class RunFolder:
         every = self.path.glob(f"{SEED}*/{RESULT}")
         for file in every if seeds is None else [self.trial(seed) / RESULT for seed in seeds]:
             with suppress(OSError, ValueError, AttributeError):
-                row = TrialRow.from_values(json.loads(file.read_text(encoding="utf-8")))
+                row = TrialRow.from_values(read_json(file))
                 found[row.seed] = row
         return found
 
@@ -240,9 +239,9 @@ class RunFolder:
         try:
             for name, content in files.items():
                 self._check_kept(name, content)
-            text = OmegaConf.to_yaml(OmegaConf.create({**config, "folder_format": FOLDER_FORMAT}))
-            head = f"# runs again with: origami-lab {self.path / CONFIG}\n"
-            write_whole(self.path / CONFIG, head + text, sync=True)  # first: it makes the folder a run's
+            again = f"runs again with: origami-lab {shlex.quote(str(self.path / CONFIG))}"
+            text = config_text([again], {**config, "folder_format": FOLDER_FORMAT})
+            write_whole(self.path / CONFIG, text, sync=True)  # first: it makes the folder a run's
             for name, content in files.items():
                 write_whole(self.path / name, content, sync=True)
         except OSError as error:
@@ -280,10 +279,7 @@ class RunFolder:
         FolderError
             Instead of any OSError, those of the block included.
         """
-        temporary = self.path / f".seed={seed}.{os.getpid()}.tmp"
-        try:
-            shutil.rmtree(temporary, ignore_errors=True)
-            temporary.mkdir()
+        with self._hidden(seed) as temporary:
             yield temporary
             for file in temporary.iterdir():
                 on_disk(file)
@@ -291,37 +287,56 @@ class RunFolder:
             final = self.trial(seed)
             if final.exists():  # a stopped trial that ran again
                 old = self.path / f".seed={seed}.old.tmp"
-                shutil.rmtree(old, ignore_errors=True)
-                final.replace(old)
+                remove_folder(old)
+                require_no_link(self.path, final.name).replace(old)
                 temporary.replace(final)
-                shutil.rmtree(old, ignore_errors=True)
+                keep_others(old, final)
             else:
                 temporary.replace(final)
+
+    @contextmanager
+    def more_of_trial(self, seed: int, stem: str) -> Iterator[Path]:
+        """A temporary folder whose files go into ``seed=N`` when the block ends, a new result last; none if it raises.
+
+        Parameters
+        ----------
+        stem
+            How their names begin: older files of the trial's that begin so, and are not among them, go.
+
+        Raises
+        ------
+        FolderError
+            Instead of any OSError, those of the block included.
+        """
+        with self._hidden(seed) as temporary:
+            yield temporary
+            files = sorted(temporary.iterdir(), key=lambda file: (file.name == RESULT, file.name))
+            for file in files:
+                on_disk(file)
+            trial, names = require_no_link(self.path, self.trial(seed).name), {file.name for file in files}
+            remove_files(trial, [old.name for old in trial.glob(f"{stem}*") if old.name not in names])
+            for file in files:
+                file.replace(trial / file.name)
+
+    @contextmanager
+    def _hidden(self, seed: int) -> Iterator[Path]:
+        """An empty folder for files of a trial, which vanishes; an OSError within is a FolderError."""
+        temporary = self.path / f".seed={seed}.{os.getpid()}.tmp"
+        try:
+            remove_folder(temporary)
+            temporary.mkdir()
+            yield temporary
         except OSError as error:
             raise FolderError(error) from error
         finally:
-            shutil.rmtree(temporary, ignore_errors=True)
+            remove_folder(temporary)
 
-    def require_room(self, size: int) -> None:
-        """Raise OSError unless a file of so many bytes can be written."""
+    def require_room(self, size: int = 0) -> None:
+        """Raise OSError unless a file of so many bytes can be written, and some more: the disk may be full."""
         with tempfile.TemporaryFile(dir=self.path) as file:
-            file.write(os.urandom(size))
+            file.write(os.urandom(size + SPARE_BYTES))
             file.flush()
             os.fsync(file.fileno())
-
-
-def ply_bytes(vertices: np.ndarray[Any, Any], faces: np.ndarray[Any, Any]) -> bytes:
-    """A triangle mesh, (V, 3) and (F, 3), as binary PLY; by hand: importing trimesh takes a second."""
-    header = (
-        "ply\nformat binary_little_endian 1.0\n"
-        f"element vertex {len(vertices)}\nproperty double x\nproperty double y\nproperty double z\n"
-        f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
-    )
-    records = np.empty(len(faces), dtype=[("count", "u1"), ("corners", "<i4", (3,))])
-    records["count"] = 3
-    records["corners"] = faces
-    body = np.ascontiguousarray(vertices, dtype="<f8").tobytes() + records.tobytes()
-    return header.encode("ascii") + body
 
 
 def fresh_folder(parent: Path, now: datetime) -> Path:
@@ -360,7 +375,7 @@ def _start_in(content: bytes) -> Any:
 def read_note(folder: Path) -> dict[str, Any]:
     """The contents of tracking.json: the ``key`` of a run folder and the ``uri`` of its store; {} if there is none."""
     try:
-        content = json.loads((folder / TRACKING).read_text(encoding="utf-8"))
+        content = read_json(folder / TRACKING)
     except (OSError, ValueError):
         return {}
     return content if isinstance(content, dict) else {}
@@ -373,7 +388,7 @@ def write_note(folder: Path, content: Mapping[str, Any]) -> None:
 def read_summary(folder: Path) -> dict[str, Any]:
     """The contents of summary.json; {} if there is none."""
     try:
-        content = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
+        content = read_json(folder / SUMMARY)
     except (OSError, ValueError):
         return {}
     return content if isinstance(content, dict) else {}

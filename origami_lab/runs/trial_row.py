@@ -4,19 +4,29 @@ from __future__ import annotations
 
 import csv
 import io
+import json
 import math
 import statistics
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from types import NoneType
+from types import MappingProxyType, NoneType
 from typing import Any, get_args, get_type_hints
+
+from origami_lab.files import read_json
 
 VERDICTS = CERTIFIED, REFUTED, UNDECIDED = "certified", "refuted", "not certifiable"
 """Verdicts of certificates; those of :mod:`origami_lab.verification.certificate`."""
+NOT_CHECKED = "not checked"
+"""Stands in the column ``certificate`` for a design that nothing has verified."""
 STATUSES = OK, NO_DESIGN, STOPPED, FAILED = "ok", "no design", "stopped", "failed"
 """First words of a row's status; a failed trial's goes on with a colon and the reason."""
+TIME_LIMIT = "time limit"
+POLISH_ENDS = OK, TIME_LIMIT, STOPPED, FAILED
+"""First words of how a polish ended; a failed one's goes on with a colon and the reason."""
 RETURNS = ("return", "return_vertex", "return_surface", "return_sampled")
+POLISHED_RETURNS = tuple(f"polished_{name}" for name in RETURNS)
+"""Those of a trial's best design once it is polished off the grid."""
 
 Value = int | float | str | None
 
@@ -50,6 +60,18 @@ class TrialRow:
     episodes: int | None = None
     rejected: int | None = None
     certificate: str | None = None
+    places_evaluated: int | None = None
+    """Places that were looked at without being played; they are no interactions."""
+    polish: str | None = None
+    """How the polish of its best design ended: :data:`POLISH_ENDS`; None if there was none."""
+    polish_steps: int | None = None
+    """Designs that it laid."""
+    polished_return: float | None = None
+    polished_return_vertex: float | None = None
+    polished_return_surface: float | None = None
+    polished_return_sampled: float | None = None
+    polished_driving_angle: float | None = None
+    polished_certificate: str | None = None
 
     def __post_init__(self) -> None:
         for column, kind in KINDS.items():
@@ -57,6 +79,8 @@ class TrialRow:
                 raise ValueError(f"{column}={self[column]!r} is not of the kind {kind.__name__}")
         if self.outcome not in STATUSES:
             raise ValueError(f"status={self.status!r} is unknown")
+        if self.polish is not None and self.polish.partition(":")[0] not in POLISH_ENDS:
+            raise ValueError(f"polish={self.polish!r} is unknown")
         if not self.has_failed and (self.return_ is None or self.interactions_to_best is None):
             raise ValueError("a trial that did not fail has a return and interactions_to_best")
 
@@ -84,6 +108,10 @@ class TrialRow:
         found = {column: getattr(self, name) for column, name in _FIELDS.items()}
         return {column: value for column, value in found.items() if value is not None} if self.has_failed else found
 
+    def write(self, file: Path, beside: Mapping[str, Any] = MappingProxyType({})) -> None:
+        """Write the row as a trial's result.json, with what it says beside the row."""
+        file.write_text(json.dumps({**self.values(), **beside}, indent=2) + "\n", encoding="utf-8")
+
     def __getitem__(self, column: str) -> Any:
         """The value of a column whose name is only known as text."""
         return getattr(self, _FIELDS[column])
@@ -106,6 +134,11 @@ class TrialRow:
     def spent_budget(self) -> bool:
         """Whether the trial ran to its end, so that it is comparable with others."""
         return self.outcome in (OK, NO_DESIGN)
+
+    @property
+    def may_be_polished(self) -> bool:
+        """Whether it ran to its end with a design whose polish did not come to its own end."""
+        return self.outcome == OK and self.polish in (None, STOPPED)
 
 
 _FIELDS = {field.name.rstrip("_"): field.name for field in fields(TrialRow)}
@@ -150,10 +183,10 @@ class Spread:
 
 
 def spreads(rows: Iterable[TrialRow]) -> dict[str, Spread]:
-    """Mean ± std of each return over the trials that ran to their end."""
+    """Mean ± std of each return over the trials that ran to their end, and of those of the polished designs."""
     rows = [row for row in rows if row.spent_budget]
     found = {}
-    for column in RETURNS:
+    for column in (*RETURNS, *POLISHED_RETURNS):
         spread = spread_of(row[column] for row in rows if row[column] is not None)
         if spread is not None:
             found[column] = spread
@@ -168,9 +201,9 @@ def spread_of(values: Iterable[float]) -> Spread | None:
     return Spread(statistics.fmean(values), statistics.stdev(values) if len(values) > 1 else None, len(values))
 
 
-def best_row(rows: Iterable[TrialRow]) -> TrialRow | None:
-    """The trial with the highest return; the lowest seed among equals."""
-    scored = [(row.return_, -row.seed, row) for row in rows if row.return_ is not None]
+def best_row(rows: Iterable[TrialRow], column: str = "return") -> TrialRow | None:
+    """The trial with the highest return, or value of another column; the lowest seed among equals."""
+    scored = [(row[column], -row.seed, row) for row in rows if row[column] is not None]
     return max(scored, key=lambda entry: entry[:2])[2] if scored else None
 
 
@@ -181,12 +214,20 @@ def counts(rows: Iterable[TrialRow]) -> dict[str, int]:
 
 
 def certificates(rows: Iterable[TrialRow]) -> dict[str, list[int]]:
-    """Verdict → the seeds whose best design has it. Older trials, and those of ``files=designs``, have none."""
+    """Verdict, or NOT_CHECKED → the seeds whose best design has it; trials of before there were any have none."""
     found: dict[str, list[int]] = {}
     for row in sorted(rows, key=lambda row: row.seed):
         if row.certificate:
             found.setdefault(row.certificate, []).append(row.seed)
     return found
+
+
+def beside_row(result: Path) -> dict[str, Any]:
+    """What a trial's result.json says beside its row; nothing if it cannot be read."""
+    try:
+        return {key: value for key, value in read_json(result).items() if key not in KINDS}
+    except (OSError, ValueError, AttributeError):
+        return {}
 
 
 def format_trials(rows: Iterable[TrialRow]) -> str:

@@ -16,8 +16,9 @@ from origami_lab.config.instantiate import build_parts
 from origami_lab.config.seeds import format_seeds
 from origami_lab.config.settings import Settings
 from origami_lab.errors import InputError
-from origami_lab.experiment.runner import summarise
-from origami_lab.experiment.trial import run_trial
+from origami_lab.experiment.run_summary import summarise
+from origami_lab.experiment.trial import is_done, run_trial
+from origami_lab.files import require_no_link
 from origami_lab.runs.locks import FolderInUseError
 from origami_lab.runs.run_folder import FolderError, RunFolder
 from origami_lab.runs.trial_row import STOPPED as SEED_STOPPED
@@ -115,7 +116,7 @@ class Player:
                 folder.begin(settings.config, parts.target, parts.start_to_keep(settings))
             returns: list[float] = []
             for step, seed in enumerate(job.seeds):
-                if seed not in rows or not rows[seed].spent_budget:
+                if not is_done(rows.get(seed), settings):
                     rows[seed] = self._play_seed(held, settings, folder, seed)
                 row = rows[seed]
                 folder.write_trials(rows.values())
@@ -158,6 +159,11 @@ class Player:
 def trial_settings(job: Job, number: int, overrides: list[str]) -> Settings:
     """The settings of one trial's run; its config.yaml runs again by itself."""
     path: Path = job.path(number).absolute()
+    folder = job.declaration.folder.absolute()
+    try:
+        require_no_link(folder, path.relative_to(folder))
+    except OSError as error:
+        raise FolderError(str(error.strerror)) from error
     settings = job.settings(overrides)
     config = {**settings.config, "seed": format_seeds(job.seeds), "output": None, "resume": False}
     return replace(settings, output=path, config=config)

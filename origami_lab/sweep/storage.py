@@ -20,7 +20,7 @@ from optuna.storages.journal._file import get_lock_file
 from sqlalchemy.exc import DBAPIError, InterfaceError, OperationalError, PendingRollbackError, SQLAlchemyError
 
 from origami_lab.errors import InputError
-from origami_lab.files import expanded
+from origami_lab.files import expanded, require_no_link
 from origami_lab.runs.run_folder import FolderError
 from origami_lab.sweep.sweep_config import GONE_PRUNER, Declaration
 from origami_lab.text import without_password
@@ -105,6 +105,7 @@ def open_storage(declaration: Declaration, patience: float = 0.0) -> BaseStorage
         try:
             if text is None:
                 file.parent.mkdir(parents=True, exist_ok=True)
+                require_no_link(file.parent, file.name)
             journal = JournalFile(str(file.absolute()))
             journal.check()
             return JournalStorage(journal)

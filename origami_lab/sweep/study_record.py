@@ -13,7 +13,7 @@ from typing import Any
 from optuna.trial import FrozenTrial
 
 from origami_lab.config.checked_values import shown
-from origami_lab.files import write_whole
+from origami_lab.files import read_json, write_whole
 from origami_lab.sweep.studies import best_slot, point_of, returns_of
 from origami_lab.sweep.sweep_config import Declaration
 from origami_lab.sweep.trial_queue import Slot
@@ -95,6 +95,6 @@ def read_record(folder: Path) -> dict[str, Any]:
     OSError
         If it is not there.
     """
-    found = json.loads((folder / RECORD).read_text(encoding="utf-8"))
+    found = read_json(folder / RECORD)
     assert isinstance(found, dict)
     return found

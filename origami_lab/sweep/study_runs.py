@@ -10,6 +10,7 @@ from typing import Any
 
 from origami_lab.config.checked_values import shown
 from origami_lab.config.node import flatten
+from origami_lab.files import is_regular
 from origami_lab.runs.run_folder import read_note, read_summary
 from origami_lab.sweep.study_record import read_record
 from origami_lab.tracking.mlflow_log import CONTENT, PARENT, Logged, MlflowLog, digest, metrics_of
@@ -119,7 +120,7 @@ class StudyRuns(MlflowLog):
         tags = {"command": str(summary.get("command", "")), "best_trial": str(self.record["best"])}
         self._log(root, metrics + metrics_of(figures, ended), tags)
         for name in ARTIFACTS:
-            if (self.folder / name).is_file():
+            if is_regular(self.folder / name):
                 self.client.log_artifact(root, str(self.folder / name))
         self.client.set_tag(root, CONTENT, content)
         self._end(root, "FINISHED" if len(trials) >= int(self.record["trials"]) else "KILLED", ended)

@@ -12,12 +12,12 @@ from importlib.metadata import version
 from typing import Any
 
 import optuna
-from omegaconf import OmegaConf
 from optuna.trial import TrialState
 
+from origami_lab.config.config_file import config_text
 from origami_lab.config.seeds import format_seeds
 from origami_lab.drawing.figures import png_and_svg
-from origami_lab.experiment.runner import versions
+from origami_lab.experiment.run_summary import versions
 from origami_lab.files import write_whole
 from origami_lab.sweep import plots
 from origami_lab.sweep.held_out_test import compare
@@ -114,11 +114,11 @@ class SweepSummary:
         seeds = _written(self.declaration.seeds)
         settings = self.declaration.compose([*self.declaration.base, *overrides_of(best["point"]), f"seed={seeds}"])
         head = (
-            f"# The best of {self.record['trials']} trials of the sweep {self.declaration.study}: "
-            f"trial {best['trial']}, mean return {best['value']:.4f}.\n"
-            f"# runs with: origami-lab {shlex.quote(str(path))} seed=0..9\n"
+            f"The best of {self.record['trials']} trials of the sweep {self.declaration.study}: "
+            f"trial {best['trial']}, mean return {best['value']:.4f}.",
+            f"runs with: origami-lab {shlex.quote(str(path))} seed=0..9",
         )
-        return head + OmegaConf.to_yaml(OmegaConf.create(dict(settings.config)))
+        return config_text(head, settings.config)
 
     def _command(self, overrides: Sequence[str], seeds: Sequence[int]) -> str:
         """The command that plays some settings with some seeds."""

@@ -16,7 +16,9 @@ from omegaconf.errors import OmegaConfBaseException
 from pydantic import BeforeValidator
 
 from origami_lab.checks import REFUSED, Choice, ExistingFolder, Folder, Section, Text, Whole, Word, check, wrong
-from origami_lab.config.checked_values import Overrides, Seeds, Tracking
+from origami_lab.config.bounded_yaml import yaml_text
+from origami_lab.config.checked_files import check_interpolations
+from origami_lab.config.checked_values import Overrides, Packages, Seeds, Tracking
 from origami_lab.config.compose import compose_settings
 from origami_lab.config.node import Node
 from origami_lab.config.seeds import format_seeds, parse_seeds
@@ -31,7 +33,7 @@ ON_THE_COMMAND_LINE = ("sampler", "pruner", "held_out", "tracking")
 LEARNING = ("tpe", "cmaes")
 """Samplers that learn from the trials before."""
 TRACKED = Tracking()
-_FILE = Section()
+_FILE = Section(hidden=("trust",))
 GONE_PRUNER = "wilcoxon"
 """A pruner of version 0.1.0: studies that were begun with it stay readable, and go on without."""
 MOST_TRIALS = 100_000
@@ -94,7 +96,7 @@ class Declaration:
     """A sweep as declared: the keys of its file."""
 
     study: Annotated[str, Word()]
-    task: Annotated[tuple[str, ...], Overrides()]
+    task: Annotated[tuple[str, ...], Overrides("files")]
     """Overrides, as on the command line."""
     searcher: Annotated[str, Word()]
     budget: Annotated[int, Whole(1, 10**12)] = 100_000
@@ -113,6 +115,8 @@ class Declaration:
     tracking: Annotated[Tracking, Section("kind")] = TRACKED
     config_dir: Annotated[Path | None, ExistingFolder()] = None
     """A folder with options of the user's own, like --config-dir."""
+    trust: Annotated[tuple[str, ...], Packages()] = ()
+    """Installed packages whose code a ``_target_`` may name; on the command line only."""
 
     @property
     def folder(self) -> Path:
@@ -129,7 +133,8 @@ class Declaration:
 
     def compose(self, overrides: Sequence[str]) -> Settings:
         """The settings of one experiment; raises InputError in the words of the command."""
-        return compose_settings(overrides, self.config_dir)
+        trust = [f"trust=[{','.join(self.trust)}]"] if self.trust else []
+        return compose_settings([*overrides, *trust], self.config_dir)
 
     @cached_property
     def fixed(self) -> dict[str, Any]:
@@ -160,7 +165,11 @@ def read_declaration(file: Path, changes: Sequence[str] = ()) -> Declaration:
     InputError
         If a key is unknown or missing, or a value is not what it must be; it names the key.
     """
-    values = _changed(_load(file), changes)
+    values = _changed(_load(file), [change for change in changes if not change.startswith("trust=")])
+    trusted = [change for change in changes if change.startswith("trust=")]
+    trust = Packages().take(_changed({}, trusted)["trust"]) if trusted else ()
+    if trust is REFUSED:
+        raise InputError("trust", trusted[-1].partition("=")[2], Packages.expected)
     for key, example in (
         ("task", "[target=bowl]"),
         ("searcher", "evo"),
@@ -177,19 +186,25 @@ def read_declaration(file: Path, changes: Sequence[str] = ()) -> Declaration:
     found: Declaration = check(Declaration, {"study": file.stem, **values}, section=_FILE)
     if found.sampler.name == "cmaes" and find_spec("cmaes") is None:
         raise InputError("sampler", "cmaes", "needs the package cmaes: pip install 'origami-lab[cmaes]'")
-    return replace(found, trials=_trials(found, "trials" not in values), held_out=_held_out(found, values))
+    trials = _trials(found, "trials" not in values)
+    return replace(found, trials=trials, held_out=_held_out(found, values), trust=trust)
 
 
 def _keys() -> list[str]:
-    return [known.name for known in fields(Declaration)]
+    return [known.name for known in fields(Declaration) if known.name != "trust"]
 
 
 def _load(file: Path) -> dict[str, Any]:
     if not file.is_file():
         raise InputError("sweep", file, "must be a file" if file.exists() else "there is no such file")
+    text = yaml_text("sweep", file)
     try:
-        values = OmegaConf.to_container(OmegaConf.create(file.read_text(encoding="utf-8")), resolve=True)
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, OmegaConfBaseException) as error:
+        config = OmegaConf.create(text)
+        check_interpolations("sweep", OmegaConf.to_container(config, resolve=False))
+        values = OmegaConf.to_container(config, resolve=True)
+    except InputError:
+        raise
+    except (yaml.YAMLError, OmegaConfBaseException, ValueError, RecursionError) as error:
         mark, lines = getattr(error, "problem_mark", None), str(error).splitlines()
         what = getattr(error, "problem", None) or (lines[0] if lines else type(error).__name__)
         raise InputError(
@@ -206,7 +221,7 @@ def _changed(values: dict[str, Any], changes: Sequence[str]) -> dict[str, Any]:
         above, dot, below = key.partition(".")
         if not equals:
             raise InputError("sweep", change, "must be KEY=VALUE, e.g. workers=2")
-        if above not in _keys() or (dot and above not in ON_THE_COMMAND_LINE):
+        if above not in (*_keys(), "trust") or (dot and above not in ON_THE_COMMAND_LINE):
             known = ", ".join(name for name in _keys() if name != "space")
             raise InputError(key, text, f"there is no such key of a sweep; must be one of {known}")
         try:

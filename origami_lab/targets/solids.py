@@ -1,4 +1,4 @@
-"""origami_lab/targets/solids.py."""
+"""Targets in closed form: the paper's pyramid, cube and bowl (appendix B)."""
 
 from __future__ import annotations
 

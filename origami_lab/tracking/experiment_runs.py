@@ -10,8 +10,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from omegaconf import DictConfig, OmegaConf
+from omegaconf import OmegaConf
 
+from origami_lab.config.config_file import read_config_file
 from origami_lab.config.node import FREE_TO_CHANGE, flatten
 from origami_lab.config.seeds import format_seeds
 from origami_lab.config.settings import Settings, read_settings
@@ -25,6 +26,7 @@ from origami_lab.file_names import (
     FOLDED_PNG,
     PATTERN_PNG,
     PATTERN_SVG,
+    POLISHED,
     RESULT,
     SUMMARY,
     TRIALS,
@@ -32,10 +34,21 @@ from origami_lab.file_names import (
     error_file,
     trial_folder,
 )
+from origami_lab.files import is_regular
 from origami_lab.runs.locks import held, locked
 from origami_lab.runs.multirun_folder import membership
 from origami_lab.runs.run_folder import RunFolder, read_note, read_summary, write_note
-from origami_lab.runs.trial_row import STATUSES, STOPPED, VERDICTS, TrialRow, best_row, certificates, counts, spreads
+from origami_lab.runs.trial_row import (
+    NOT_CHECKED,
+    STATUSES,
+    STOPPED,
+    VERDICTS,
+    TrialRow,
+    best_row,
+    certificates,
+    counts,
+    spreads,
+)
 from origami_lab.tracking.mlflow_log import CONTENT, PARENT, Logged, MlflowLog, digest, metrics_of
 from origami_lab.tracking.moved_store import address_note, noted_store
 from origami_lab.tracking.store import RefusedError, absolute_uri
@@ -56,15 +69,7 @@ def read_run(folder: Path) -> Settings:
     InputError
         If its config.yaml cannot be read or is not one.
     """
-    file = folder / CONFIG
-    try:
-        config = OmegaConf.load(file)
-    except Exception as error:
-        lines = str(error).splitlines() or [""]
-        raise InputError("configuration", file, f"cannot be read ({lines[0]})") from error
-    if not isinstance(config, DictConfig):
-        raise InputError("configuration", file, "must be the configuration of a run")
-    return read_settings(config)
+    return read_settings(OmegaConf.create(read_config_file("configuration", folder / CONFIG)))
 
 
 class ExperimentRuns(MlflowLog):
@@ -166,13 +171,14 @@ class ExperimentRuns(MlflowLog):
         metrics = metrics_of({name: value for name, value in row.values().items() if name != "seed"}, ended)
         if path.is_dir() and not failed:
             metrics += _curve(path / CURVE, ended)
-        verdict = {"certificate": row.certificate} if row.certificate else {}
-        self._log(run, metrics, {"status": row.status, **verdict})
+        words = ("certificate", "polish", "polished_certificate")
+        self._log(run, metrics, {"status": row.status, **{name: row[name] for name in words if row[name]}})
         if path.is_dir() and not failed:
-            self.client.log_artifacts(run, str(path))
+            for file in sorted(filter(is_regular, path.iterdir())):  # a link may lead to what is not for others
+                self.client.log_artifact(run, str(file))
             # the viewer shows JSON, not .fold
             self.client.log_text(run, (path / BEST).read_text(encoding="utf-8"), f"{BEST}.json")
-        elif error.is_file():
+        elif is_regular(error):
             self.client.log_artifact(run, str(error))
         self._end(run, "FAILED" if failed else "KILLED" if row.outcome == STOPPED else "FINISHED", ended)
         self.nested[seed] = [Logged(run, content)]
@@ -187,13 +193,17 @@ class ExperimentRuns(MlflowLog):
             return False
         self._log_figures(root, rows, summary)
         for name in FOLDER_ARTIFACTS:
-            if (self.folder / name).is_file():
+            if is_regular(self.folder / name):
                 self.client.log_artifact(root, str(self.folder / name))
         best = best_row(rows.values())
         if best is not None:
             for name in OF_THE_BEST:
-                if (file := trial_folder(self.folder, best.seed) / name).is_file():
+                if is_regular(file := trial_folder(self.folder, best.seed) / name):
                     self.client.log_artifact(root, str(file), "best")
+        polished = best_row(rows.values(), "polished_return")
+        if polished is not None:
+            for file in sorted(trial_folder(self.folder, polished.seed).glob(f"{POLISHED}*")):
+                self.client.log_artifact(root, str(file), "best_polished")
         files = [self.folder / name for name in FOLDER_ARTIFACTS]
         self.client.set_tag(root, CONTENT, content)
         ended = max(file.stat().st_mtime for file in files if file.is_file())
@@ -207,16 +217,21 @@ class ExperimentRuns(MlflowLog):
         figures: dict[str, Any] = {}
         for name, spread in spreads(rows.values()).items():  # the first one is what MLflow's comparison plots
             figures |= {f"{name}_mean": spread.mean, f"{name}_std": spread.std}
-        figures["interactions"] = sum(row.interactions or 0 for row in rows.values())
+        for name in ("interactions", "places_evaluated"):
+            figures[name] = sum(row[name] or 0 for row in rows.values())
         figures["seconds"] = summary.get("seconds")
         # all of them, so that none is left from before a resume
         for name in STATUSES:
             figures[f"trials_{name.replace(' ', '_')}"] = ended.get(name, 0)
         if found := certificates(rows.values()):
-            figures |= {f"designs_{verdict.replace(' ', '_')}": len(found.get(verdict, [])) for verdict in VERDICTS}
+            said = (*VERDICTS, NOT_CHECKED)
+            figures |= {f"designs_{verdict.replace(' ', '_')}": len(found.get(verdict, [])) for verdict in said}
         best = best_row(rows.values())
         if best is not None:
             figures |= {"best_return": best.return_, "best_seed": best.seed}
+        polished = best_row(rows.values(), "polished_return")
+        if polished is not None:
+            figures |= {"best_polished_return": polished.polished_return, "best_polished_seed": polished.seed}
         tags = {"seeds": str(format_seeds(self.settings.seeds)), "command": str(summary.get("command", ""))}
         if best is not None and best.certificate:
             tags["certificate"] = best.certificate

@@ -169,12 +169,12 @@ def test_trials_are_not_taken_back(
 def test_an_objective_that_hangs_fails_its_trial_only(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.chdir(tmp_path)
+    monkeypatch.chdir(ROOT)  # where tests/experiment/fakes.py is the user's own
     (tmp_path / "notes").mkdir()
     task = ["objective=broken", "board=9x9", "symmetry=xy", "objective_seconds=1"]
     task += ["objective.ways=[hangs_in_c]", f"objective.notes={tmp_path}/notes"]
-    write_file(tmp_path, output="out", trials=2, task=task, config_dir=str(ROOT / "tests/experiment/conf"))
-    assert main(["sweep", "small.yaml"]) == 1
+    write_file(tmp_path, trials=2, task=task, config_dir=str(ROOT / "tests/experiment/conf"))
+    assert main(["sweep", f"{tmp_path}/small.yaml"]) == 1
     lines = (tmp_path / "out" / "trials.csv").read_text().splitlines()
     assert lines[1].startswith("0,failed")
     assert "longer than objective_seconds=1 in one call" in lines[1]

@@ -14,7 +14,7 @@ from origami_lab.game.kernels.state import SELECTION
 from origami_lab.game.start_patterns import Crease, Square
 from origami_lab.objectives.bucket import BucketObjective
 from origami_lab.objectives.chair import ChairObjective
-from origami_lab.objectives.objective import NO_SCORE, Objective, report
+from origami_lab.objectives.objective import NO_SCORE, bind, report
 from origami_lab.objectives.packaging import PackagingObjective
 from origami_lab.objectives.shape import ShapeObjective
 from origami_lab.objectives.shelf import ShelfObjective
@@ -24,9 +24,11 @@ from tests.objectives.references import farthest
 from tests.objectives.sheets import episodes
 
 BOWL = bowl()
-# the objective with a compactness weight, its lowest and its highest value on a 9×9 board, the ends included
+# the objective with a compactness weight (one that has none ignores it), its lowest and its highest value on a 9×9
+# board, the ends included
 OBJECTIVES = {
     "bucket": (lambda w: BucketObjective(compactness=w), 0.0, math.inf),
+    "bucket by its rim": (lambda w: BucketObjective(compactness=w, norm_of="leaves"), 0.0, math.inf),
     "shelf": (lambda w: ShelfObjective(compactness=w), 0.0, 64 / 3),
     "table": (lambda w: TableObjective(compactness=w), -math.inf, 0.0),
     "chair": (lambda w: ChairObjective(compactness=w), -math.inf, 0.0),
@@ -34,6 +36,8 @@ OBJECTIVES = {
     "shape": (lambda w: ShapeObjective(BOWL, compactness=w), -math.inf, 0.0),
     "shape surface": (lambda w: ShapeObjective(BOWL, "surface", 0.2, compactness=w), -math.inf, 0.0),
 }
+COMPACT = [name for name, (make, _, _) in OBJECTIVES.items() if hasattr(make(0.0), "compactness")]
+COMPILED = [name for name, (make, _, _) in OBJECTIVES.items() if hasattr(make(0.0), "bind")]
 GAMES = {
     "xy": Game(9, "xy", Square("choose"), max_crease_length=4),
     "y fixed": Game(9, "y", Square(2), driving_angle_fixed=50),
@@ -55,8 +59,8 @@ def game(request: pytest.FixtureRequest) -> Game:
 
 def test_it_is_an_objective_whose_figures_are_numbers(name: str) -> None:
     objective = OBJECTIVES[name][0](0.0)
-    assert isinstance(objective, Objective)
     game = GAMES["xy"]
+    bind(objective, game)
     states = next(episodes(game, 0, 1))
     figures = report(objective, game, game.finished_actions(states), 0)
     assert all(isinstance(figure, float) for figure in figures.values())
@@ -64,7 +68,7 @@ def test_it_is_an_objective_whose_figures_are_numbers(name: str) -> None:
 
 def test_scores_are_in_the_documented_range_at_an_angle_that_may_be_used(name: str, game: Game) -> None:
     make, low, high = OBJECTIVES[name]
-    evaluator = make(0.0).bind(game)
+    evaluator = bind(make(0.0), game)
     for states in episodes(game, 1, SHEETS):
         score = evaluator.score(states, evaluator.new_memos(1), 0)
         assert low <= score.value <= high
@@ -72,7 +76,7 @@ def test_scores_are_in_the_documented_range_at_an_angle_that_may_be_used(name: s
 
 
 def test_the_sheet_is_left_as_it_is_and_scores_the_same_again(name: str, game: Game) -> None:
-    evaluator = OBJECTIVES[name][0](0.4).bind(game)
+    evaluator = bind(OBJECTIVES[name][0](0.4), game)
     memos = evaluator.new_memos(3)
     for states in episodes(game, 2, SHEETS):
         before = states.copy()
@@ -88,7 +92,7 @@ def test_the_sheet_is_left_as_it_is_and_scores_the_same_again(name: str, game: G
 
 def test_knowing_what_to_beat_changes_nothing_above_it(name: str, game: Game) -> None:
     for weight in WEIGHTS:
-        evaluator = OBJECTIVES[name][0](weight).bind(game)
+        evaluator = bind(OBJECTIVES[name][0](weight), game)
         for states in episodes(game, 3, SHEETS):
             full = evaluator.score(states, evaluator.new_memos(1), 0)
             for margin in (10, 1e-6):
@@ -99,10 +103,11 @@ def test_knowing_what_to_beat_changes_nothing_above_it(name: str, game: Game) ->
                 assert evaluator.bound(states, evaluator.new_memos(1), 0, full.value - 1e-6) > full.value - 1e-6
 
 
+@pytest.mark.parametrize("name", COMPACT)
 def test_compactness_costs_what_the_furthest_vertex_is_away(name: str, game: Game) -> None:
     """At each angle by itself: there the weight cannot change which angle is best."""
     make = OBJECTIVES[name][0]
-    plain, compact = make(0.0).bind(game), make(0.4).bind(game)
+    plain, compact = bind(make(0.0), game), bind(make(0.4), game)
     for states in episodes(game, 4, SHEETS):
         alone = states.copy()
         k = game.first_angle
@@ -117,7 +122,7 @@ def test_compactness_costs_what_the_furthest_vertex_is_away(name: str, game: Gam
 def test_a_bound_never_rises_and_is_never_below_what_a_continuation_reaches(
     name: str, game: Game, weight: float
 ) -> None:
-    evaluator = OBJECTIVES[name][0](weight).bind(game)
+    evaluator = bind(OBJECTIVES[name][0](weight), game)
     rng = np.random.default_rng(5)
     scored = 0
     while scored < 8:
@@ -139,14 +144,16 @@ def test_a_bound_never_rises_and_is_never_below_what_a_continuation_reaches(
             scored += 1
 
 
+@pytest.mark.parametrize("name", COMPILED)
 def test_a_sheet_without_area_has_no_score(name: str) -> None:
     game = GAMES["crease"]
-    evaluator = OBJECTIVES[name][0](0.0).bind(game)
+    evaluator = bind(OBJECTIVES[name][0](0.0), game)
     states = game.new_states()
     game.play(states, int(game.legal(states)[0]))
     assert evaluator.score(states, evaluator.new_memos(1), 0) == NO_SCORE
 
 
+@pytest.mark.parametrize("name", COMPACT)
 @pytest.mark.parametrize("weight", [-0.1, math.nan, math.inf, "heavy", True, None])
 def test_a_bad_weight_is_refused(name: str, weight: object) -> None:
     with pytest.raises(InputError, match=r"objective\.compactness"):
@@ -157,6 +164,7 @@ def test_a_bad_weight_is_refused(name: str, weight: object) -> None:
     ("make", "key"),
     [
         (lambda: BucketObjective(spread=0.9), "spread"),
+        (lambda: BucketObjective(norm_of="corners"), "norm_of"),
         (lambda: ShelfObjective(levels=0), "levels"),
         (lambda: ShelfObjective(gap=0), "gap"),
         (lambda: TableObjective(height=-1), "height"),

@@ -10,6 +10,7 @@ import pytest
 
 from origami_lab.cli import main
 from origami_lab.fold_format.reader import read_fold
+from origami_lab.runs.trial_row import read_trials
 from origami_lab.verification.verify_design import verify
 
 DESIGNS = Path(__file__).parents[2] / "results" / "paper" / "designs"
@@ -60,7 +61,14 @@ def test_a_run_s_best_are_polished_in_their_trials(tmp_path: Path, capsys: pytes
     assert [line.split(":")[0] for line in lines] == [str(run / f"seed={n}" / "polished.fold") for n in ranked[:2]]
     assert not (run / f"seed={ranked[2]}" / "polished.fold").exists()
     trial = run / f"seed={ranked[0]}"
-    assert json.loads((trial / "polished.json").read_text())["before"]["return"] == pytest.approx(rows[ranked[0]])
+    figures = json.loads((trial / "polished.json").read_text())
+    assert figures["before"]["return"] == pytest.approx(rows[ranked[0]])
+    # the run's tables say so, too, and those of the trial that was not polished do not
+    table = {row.seed: row for row in read_trials(run / "trials.csv")}
+    assert table[ranked[0]].polished_return == figures["return"]
+    assert table[ranked[0]].polish == "ok"
+    assert table[ranked[2]].polish is None
+    assert json.loads((run / "summary.json").read_text())["returns"]["polished_return"]["n"] == 2
     assert main(["simplify", str(trial), "--no-pictures"]) == 0
     figures = json.loads((trial / "simplified.json").read_text())
     assert figures["after"]["return"] >= figures["before"]["return"] - figures["tolerance"]
@@ -80,7 +88,7 @@ def test_what_is_wrong_is_said_in_one_line(pyramid: Path, tmp_path: Path, capsys
         ([str(shelf)], "only objective=shape with a target can"),
         ([str(tmp_path / "none.fold")], "must be the folder of a run or of a trial"),
         ([str(pyramid), "target=bowl"], "must be 9"),
-        ([str(pyramid), "--steps", "many"], "must be a number"),
+        ([str(pyramid), "--steps", "many"], "must be a whole number"),
         ([str(pyramid), "--steps", "1.5"], "must be a whole number"),
         ([str(pyramid), "--steps", "0"], "must be a whole number from 1"),
         ([str(pyramid), "--finer", "0"], "the parts of a cell"),

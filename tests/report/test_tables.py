@@ -250,3 +250,38 @@ def test_files_beside_that_are_none(tmp_path: Path, text: str | None, why: str) 
         file.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=why):
         read_beside(str(file))
+
+
+def test_polished_designs_have_a_table_of_their_own(tmp_path: Path) -> None:
+    """By hand: −0.5 and −0.7 make −0.6; the trial without one does not count, nor does it change the other tables."""
+    polished = [trial(-1.0, polish="ok", polished_return=value) for value in (-0.5, -0.7)]
+    write_run(tmp_path / "a", "bowl", "lns", [*polished, trial(-1.0)])
+    write_run(tmp_path / "b", "bowl", "rdm", [trial(-2.0)])
+    first, *others = return_tables(gather(tmp_path / "a", tmp_path / "b")[1])
+    assert [table.name for table in others] == ["returns_polished"]
+    row = {row.label: row for row in first.rows}
+    [column] = first.columns
+    spread = others[0].cell(row["lns"], column).spread
+    assert spread is not None
+    assert (spread.mean, spread.n) == (pytest.approx(-0.6), 2)
+    assert others[0].cell(row["rdm"], column).spread is None
+    own = first.cell(row["lns"], column).spread
+    assert own is not None
+    assert (own.mean, own.n) == (-1.0, 3)
+
+
+def test_places_evaluated_have_a_row_of_their_own_below_their_searcher_s(tmp_path: Path) -> None:
+    write_run(tmp_path / "a", "bowl", "lns", [trial(-1.0, places_evaluated=places) for places in (1000, 3000)])
+    write_run(tmp_path / "b", "bowl", "rdm", [trial(-2.0, places_evaluated=0)])
+    groups = gather(tmp_path / "a", tmp_path / "b")[1]
+    table = interactions_table(groups)
+    assert [row.label for row in table.rows] == ["lns", "lns (places evaluated)", "rdm"] or [
+        row.label for row in table.rows
+    ] == ["rdm", "lns", "lns (places evaluated)"]
+    own = next(row for row in table.rows if "places" in row.label)
+    spread = table.cell(own, table.columns[0]).spread
+    assert spread is not None
+    assert (spread.mean, spread.n) == (2.0, 2)  # thousands
+    assert any("without being played" in note for note in table.notes)
+    assert "places evaluated" not in csv_text([return_tables(groups)[0]], groups)
+    assert "lns (places evaluated)" in csv_text([table], groups)

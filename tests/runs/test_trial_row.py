@@ -13,7 +13,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
-from origami_lab.experiment.terminal_table import certificate_lines, hint, summary_table
+from origami_lab.experiment.terminal_table import (
+    certificate_lines,
+    hint,
+    places_line,
+    polish_lines,
+    summary_table,
+)
 from origami_lab.runs.trial_row import COLUMNS, KINDS, VERDICTS, TrialRow, best_row, format_trials, read_trials, spreads
 from origami_lab.verification.certificate import CERTIFIED, REFUTED, UNDECIDED
 from tests.small_runs import trial_row as row
@@ -30,6 +36,7 @@ rows = st.lists(
         {column: values[kind] for column, kind in KINDS.items()}
         | needed
         | {"status": st.sampled_from(["ok", "stopped", "no design", 'failed: it said "no", twice'])}
+        | {"polish": st.sampled_from([None, "ok", "time limit", "stopped", "failed: not certified"])}
     ).map(TrialRow.from_values),
     max_size=5,
     unique_by=lambda row: row.seed,
@@ -66,6 +73,8 @@ def test_the_file_keeps_every_bit(tmp_path_factory: Any, trials: list[TrialRow])
         {"interactions": 2.0},
         {"vertices": "many"},
         {"certificate": 1},
+        {"polish": "nearly"},
+        {"polished_return": math.inf},
         {"interactions_to_best": None},
     ],
 )
@@ -102,7 +111,9 @@ def test_best_is_the_highest_return_and_the_lowest_seed() -> None:
 
 def test_fits_a_terminal_of_80_columns() -> None:
     kinds = {int: 1, float: -1.2345}
-    numbers = {"return_" if name == "return" else name: kinds[kind] for name, kind in KINDS.items() if kind is not str}
+    numbers: dict[str, Any] = {
+        "return_" if name == "return" else name: kinds[kind] for name, kind in KINDS.items() if kind is not str
+    }
     long = {"status": "failed: a long story", "interactions_to_best": 499_999}
     trials = [TrialRow(**(numbers | {"seed": seed, "return_surface": -1.3} | long)) for seed in range(10)]
     out = io.StringIO()
@@ -137,6 +148,32 @@ def test_certificates_are_counted_and_a_refuted_one_is_a_warning() -> None:
     counted, warning = certificate_lines(rows)
     assert counted == "certificates: 2 certified, 2 refuted"
     assert warning.startswith("warning: seed 4, 7: the best design is refuted")
+
+
+def test_polished_designs_are_averaged_and_the_best_of_them_is_named() -> None:
+    """Gains do not follow ranks: the best polished one is of another seed."""
+    rows = [
+        row(0, -1.0, polish="ok", polished_return=-0.9, polished_driving_angle=30.0),
+        row(1, -2.0, polish="time limit", polished_return=-0.5, polished_driving_angle=20.0),
+        row(2, -3.0, polish="failed: refuted"),
+        row(3, -4.0, polish="stopped", polished_return=-4.0, polished_driving_angle=20.0),
+    ]
+    assert spreads(rows[:2])["polished_return"].mean == pytest.approx(-0.7)
+    best = best_row(rows, "polished_return")
+    assert best is not None
+    assert best.seed == 1
+    first, *others = polish_lines(rows)
+    assert first.startswith("polished: best -0.5000 (seed 1, 1.5000 better), driving angle 20.00°, mean -1.8000")
+    assert [line.split(":")[0] for line in others] == ["polish of seed 1", "polish of seed 3", "polish of seed 2"]
+    assert polish_lines([row(0, -1.0)]) == []
+    assert [r.may_be_polished for r in rows] == [False, False, False, True]
+    assert [row(0, -1.0, status).may_be_polished for status in ("ok", "stopped", "no design")] == [True, False, False]
+
+
+def test_places_that_were_evaluated_are_said() -> None:
+    assert places_line([row(0, -1.0), row(1, -1.0, places_evaluated=0)]) is None
+    said = places_line([row(0, -1.0, places_evaluated=1500), row(1, -1.0, places_evaluated=500)])
+    assert said == "places evaluated without being played: 2,000"
 
 
 def test_a_trial_without_a_design_brings_advice() -> None:

@@ -130,8 +130,8 @@ def test_four_workers_one_killed_twice_then_stopped_and_resumed(
     where: str, tmp_path: Path, alone: list[Any], request: pytest.FixtureRequest
 ) -> None:
     shared: Shared = request.getfixturevalue(where)
-    write_file(tmp_path, **SLOW, **shared.settings, output="out")
-    process = start_command(tmp_path, "small.yaml", "workers=4", NAP="1.5")
+    write_file(tmp_path, **SLOW, **shared.settings)
+    process = start_command(ROOT, f"{tmp_path}/small.yaml", "workers=4", NAP="1.5")
     first = wait_for(lambda: len(four := running_workers(shared.trials())) == 4 and four)
     kill(first[0])
     # another one takes its place, and is killed in its turn
@@ -147,7 +147,7 @@ def test_four_workers_one_killed_twice_then_stopped_and_resumed(
     assert not running_workers(shared.trials())
     assert "stopped" in {trial.user_attrs.get("end") for trial in shared.trials()}
 
-    resumed = start_command(tmp_path, "small.yaml", "workers=4")
+    resumed = start_command(ROOT, f"{tmp_path}/small.yaml", "workers=4")
     output = resumed.communicate(timeout=300)[0]
     assert resumed.returncode == 0, output
     assert_all_played_once(shared.trials(), alone)
@@ -166,8 +166,8 @@ def test_two_machines_on_one_database_one_killed(tmp_path: Path, alone: list[Any
     machines = []
     for name, workers in (("one", 2), ("two", 1)):
         (tmp_path / name).mkdir()
-        write_file(tmp_path / name, **SLOW, **servers.settings, output="out")
-        machines.append(start_command(tmp_path / name, "small.yaml", f"workers={workers}", NAP="0.5"))
+        write_file(tmp_path / name, **SLOW, **servers.settings)
+        machines.append(start_command(ROOT, f"{tmp_path}/{name}/small.yaml", f"workers={workers}", NAP="0.5"))
     first, second = machines
     wait_for(lambda: any(os.getpgid(pid) == first.pid for pid in running_workers(servers.trials())))
     os.killpg(first.pid, signal.SIGKILL)

@@ -6,6 +6,7 @@ import shutil
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -230,3 +231,32 @@ def test_a_log_that_failed_goes_on_by_itself(tmp_path: Path, store: Store) -> No
             assert runs.push(live=True, numbers={seed}) >= 2
     names = [run.info.run_name for run in store.runs.values()]
     assert sorted(names) == ["pyramid rdm", "seed 0", "seed 1", "seed 2"]
+
+
+def test_a_polished_design_is_logged_beside_the_search_s_own(tmp_path: Path, store: Store) -> None:
+    """The best polished one is of another trial; what was pushed before the polish is made anew."""
+    folder = tmp_path / "run"
+    begin_run(folder, "0..1")
+    for seed in range(2):
+        add_trial(folder, seed)
+    runs = ExperimentRuns(folder, URI)
+    runs.push(live=False)
+    run = RunFolder(folder)
+    for seed, value in enumerate((-0.9, -0.4)):
+        row = replace(run.rows()[seed], polish="ok", polished_return=value, polished_certificate="certified")
+        row.write(run.trial(seed) / "result.json")
+        (run.trial(seed) / "polished.fold").write_text("{}")
+    assert ExperimentRuns(folder, URI).push(live=False) == 2
+    assert len(store.runs) == 3
+    found = {run.info.run_name: run.data for run in store.runs.values()}
+    for seed, value in enumerate((-0.9, -0.4)):
+        child = found[f"seed {seed}"]
+        metrics = {(name, value) for name, _, value in child.metrics}
+        assert {("return", -1.0 - seed), ("polished_return", value)} <= metrics
+        assert (child.tags["polish"], child.tags["polished_certificate"]) == ("ok", "certified")
+        assert "/polished.fold" in child.files
+    parent = found["pyramid rdm"]
+    metrics = {(name, value) for name, _, value in parent.metrics}
+    assert {("best_seed", 0.0), ("best_polished_seed", 1.0), ("best_polished_return", -0.4)} <= metrics
+    assert dict(metrics)["polished_return_mean"] == pytest.approx(-0.65)
+    assert "best_polished/polished.fold" in parent.files

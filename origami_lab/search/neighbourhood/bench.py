@@ -68,7 +68,7 @@ class Bench:
         """Begin with a random start pattern; False if it cost the last interaction."""
         self.begin(angle)
         states = self.positions.states
-        if int(states["phase"][WORK]) == PLACEMENT:
+        while int(states["phase"][WORK]) == PLACEMENT and not self.problem.done:
             legal = self.problem.game.legal(states, WORK)
             self.problem.spend(1)
             step(states, WORK, self.rules, int(legal[self.draws.below(len(legal))]), self.room.legal)

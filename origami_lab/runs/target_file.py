@@ -1,0 +1,21 @@
+"""The target's surface as a file of the run folder."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+
+def ply_bytes(vertices: np.ndarray[Any, Any], faces: np.ndarray[Any, Any]) -> bytes:
+    """A triangle mesh, (V, 3) and (F, 3), as binary PLY; by hand: importing trimesh takes a second."""
+    header = (
+        "ply\nformat binary_little_endian 1.0\n"
+        f"element vertex {len(vertices)}\nproperty double x\nproperty double y\nproperty double z\n"
+        f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    records = np.empty(len(faces), dtype=[("count", "u1"), ("corners", "<i4", (3,))])
+    records["count"] = 3
+    records["corners"] = faces
+    body = np.ascontiguousarray(vertices, dtype="<f8").tobytes() + records.tobytes()
+    return header.encode("ascii") + body
