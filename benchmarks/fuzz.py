@@ -56,6 +56,7 @@ GROUPS = {
     "experiment": ("none",),
 }
 KEYS = (
+    *("board.width", "board.height"),
     *("board.size", "symmetry.name", "start.size", "start.position", "start._target_", "max_crease_length", "task"),
     *("source_action", "driving_angle.max", "driving_angle.count", "driving_angle.fixed", "driving_angle", "method"),
     *("objective.distance", "objective._target_", "objective.target", "+objective.samples", "+objective.tolerance"),

@@ -38,7 +38,7 @@ from origami_lab.game.kernels.state import (
     point_x,
     point_y,
 )
-from origami_lab.game.start_patterns import Crease, Square
+from origami_lab.game.start_patterns import Crease, Panel, Rectangle, Square, Start
 from origami_lab.jit import kernel
 from tests.sheet_checks import check_sheets
 
@@ -56,6 +56,7 @@ KINDS = (
     "leaf on end",
     "source start",
     "source end",
+    "source on boundary",
     "mode -",
     "mode +",
     "taken back",  # by the growing driver
@@ -68,7 +69,7 @@ def classify(s: Record, r: Record, counts: NDArray[np.int64]) -> None:
     """Count what kind of extension the selected leaf, its outer children chosen, is about to have."""
     v = s.selected
     counts[0] += 1
-    counts[13 if s.mode < 0 else 14] += 1
+    counts[14 if s.mode < 0 else 15] += 1
     x, y = s.xy[v, 0], s.xy[v, 1]
     merges = np.zeros(2, np.bool_)
     for side in range(2):
@@ -125,7 +126,7 @@ def play_counted(
             taken_back += 1
             copy_state(s, spare[0])
             counts[:] = before
-            counts[15] += 1
+            counts[16] += 1
             n = settle(s, r, legal)
         if n == 0:
             break
@@ -135,8 +136,8 @@ def play_counted(
         if s.phase == SELECTION:
             copy_state(spare[0], s)
             before[:] = counts
-            if action > terminate and action < terminate + 5:
-                counts[11 if action < terminate + 3 else 12] += 1
+            if action > terminate:
+                counts[11 if action < terminate + 3 else 12 if action < terminate + 5 else 13] += 1
         elif s.phase == THIRD:
             v = s.selected
             middles[done, 0], middles[done, 1] = s.xy[v, 0], s.xy[v, 1]
@@ -176,32 +177,70 @@ def replay_flipped(states: States, i: int, source: States, j: int, rules: States
     return t.n_actions
 
 
+_DIAMOND = ((2, 0), (0, 2), (-2, 0), (0, -2))
+_HEXAGON = ((2, 1), (0, 2), (-2, 1), (-2, -1), (0, -2), (2, -1))
+STARTS: dict[str, tuple[Start, tuple[str, ...]]] = {
+    "square": (Square("choose"), ("none", "y", "x", "xy", "xyd")),
+    "crease": (Crease("choose"), ("none", "y")),
+    "any-square": (Square("choose", "choose"), ("none", "y", "x", "xy", "xyd")),
+    "rectangle": (Rectangle(), ("none", "y", "x", "xy")),
+    "any-crease": (Crease(ends="choose"), ("none", "y", "x")),
+    "lower-crease": (Crease(ends="choose", stays="lower"), ("none", "y", "x")),
+    "diamond": (Panel(_DIAMOND), ("none", "y", "x", "xy", "xyd")),
+    "mixed-panel": (Panel(_HEXAGON, (1, 1, -1, 1, 1, -1)), ("none", "y", "x", "xy")),
+    # two of its sides are driven, and two corners have no crease
+    "bare-panel": (Panel(_HEXAGON, (0, 0, 1, 0, 0, 1)), ("none", "y", "x", "xy")),
+}
+"""Start patterns, and the symmetry groups that they have."""
+
+
 @dataclass(frozen=True)
 class Configuration:
     """One way to play."""
 
     symmetry: str
     start: str
-    board: int
+    board: int | tuple[int, int]
     length: float | None
     growing: bool = False
+    sources: bool | str = True
 
     def game(self, capacity: int | None = None) -> Game:
-        start = Square("choose") if self.start == "square" else Crease("choose")
-        return Game(self.board, self.symmetry, start, max_crease_length=self.length, capacity=capacity)
+        start, _ = STARTS[self.start]
+        width, height = self.sides
+        return Game(
+            symmetry=self.symmetry,
+            start=start,
+            board_width=width,
+            board_height=height,
+            max_crease_length=self.length,
+            source_action=self.sources,
+            capacity=capacity,
+        )
+
+    @property
+    def sides(self) -> tuple[int, int]:
+        """Points of the board along x and along y."""
+        return (self.board, self.board) if isinstance(self.board, int) else self.board
 
     def __str__(self) -> str:
         length = "∞" if self.length is None else f"{self.length:g}"
-        return f"{self.symmetry:>4} {self.start} {self.board:>2} {length:>3}{' grow' if self.growing else ''}"
+        anywhere = " sources" if self.sources == "boundary" else ""
+        board = f"{self.board:>2}" if isinstance(self.board, int) else "{}x{}".format(*self.board)
+        return f"{self.symmetry:>4} {self.start} {board} {length:>3}{' grow' if self.growing else ''}{anywhere}"
 
 
 def configurations(growing: bool) -> Iterator[Configuration]:
     """Each symmetry group × start pattern × board × maximum crease length."""
-    for start, symmetries in (("square", ("none", "y", "x", "xy", "xyd")), ("crease", ("none", "y"))):
+    for start, (_, symmetries) in STARTS.items():
         for symmetry in symmetries:
-            for board in (9, 13, 25):
+            # a board that is wider than high has no diagonal symmetry
+            sides: list[tuple[int, int]] = [] if symmetry == "xyd" else [(13, 9), (7, 21)]
+            for board in (9, 13, 25, *sides):
                 for length in (None, 2.9):
                     yield Configuration(symmetry, start, board, length, growing)
+                    if start in ("square", "any-crease", "bare-panel"):
+                        yield Configuration(symmetry, start, board, length, growing, "boundary")
 
 
 def _flipped_differs(game: Game, states: States, flipped: States, i: int, legal: Actions) -> str:

@@ -100,15 +100,19 @@ def _is_sector(angle: float) -> bool:
 class BoardSheet:
     """The whole sheet, images included, as a counter-clockwise ring of leaves."""
 
-    half: int
+    half: tuple[int, int]
     symmetry: str
     max_length: float | None
     sources_allowed: bool = True
+    anywhere: bool = False
+    """Whether sources may be laid on any boundary segment, too."""
     ring: list[Point] = field(default_factory=list)
     incoming: dict[Point, list[Point]] = field(default_factory=dict)
     """Creases into each leaf, counter-clockwise from its next side to its prev side: their other ends."""
     driven: dict[frozenset[Point], int] = field(default_factory=dict)
     extended: bool = False
+    stays: Point = (0, 1)
+    """The direction, seen from a single crease, of the panel that stays in the plane."""
 
     def __post_init__(self) -> None:
         mirrors = {"y": [(-1, 0, 0, 1)], "x": [(1, 0, 0, -1)], "xy": [(-1, 0, 0, 1), (1, 0, 0, -1)]}
@@ -126,7 +130,7 @@ class BoardSheet:
 
     def playable(self, q: Point) -> bool:
         x, y = q
-        if max(abs(x), abs(y)) > self.half:
+        if abs(x) > self.half[0] or abs(y) > self.half[1]:
             return False
         left, up = x <= 0 or self.symmetry not in ("y", "xy", "xyd"), y >= 0 or "x" not in self.symmetry
         return left and up and (self.symmetry != "xyd" or -x >= y)
@@ -158,6 +162,23 @@ class BoardSheet:
         self.ring = [(-1, y), (1, y)]
         self.incoming = {(-1, y): [(1, y)], (1, y): [(-1, y)]}
         self.driven[frozenset(self.ring)] = sign
+
+    def place_outline(self, corners: Sequence[Point], signs: Sequence[int]) -> None:
+        """Any convex panel, counter-clockwise; or a crease, whose panel on the left of the way along it stays."""
+        self.ring = list(corners)
+        if len(corners) == 2:
+            (x0, y0), (x1, y1) = corners
+            self.stays = (y0 - y1, x1 - x0)
+            self.incoming = {corners[0]: [corners[1]], corners[1]: [corners[0]]}
+            self.driven[frozenset(corners)] = signs[0]
+            return
+        self.incoming = {p: [] for p in corners}
+        for p, sign in zip(corners, signs, strict=True):
+            _, following = self.neighbours(p)
+            if sign:
+                self.incoming[p].insert(0, following)
+                self.incoming[following].append(p)
+                self.driven[frozenset((p, following))] = sign
 
     def lay_source(self, u: Point, w: Point, sign: int) -> None:
         """Between u and its successor w, and the images."""
@@ -200,7 +221,7 @@ class BoardSheet:
         return {v for v in self.ring if self.playable(v) and self._is_selectable(v)}
 
     def _is_selectable(self, v: Point) -> bool:
-        if max(abs(v[0]), abs(v[1])) >= self.half or len(self.axes(v)) > 1:
+        if abs(v[0]) >= self.half[0] or abs(v[1]) >= self.half[1] or len(self.axes(v)) > 1 or not self.incoming[v]:
             return False
         prev, following = self.neighbours(v)
         towards = [_minus(w, v) for w in self.incoming[v]]
@@ -222,6 +243,15 @@ class BoardSheet:
                     out.add((v, "start"))
                 if following in images and frozenset((v, following)) not in self.driven:
                     out.add((v, "end"))
+        return out
+
+    def boundary_sources(self) -> set[Point]:
+        """Playable leaves whose segment to the next one, playable too, has no source yet."""
+        out = set()
+        for v in self.ring:
+            following = self.neighbours(v)[1]
+            if self.playable(v) and self.playable(following) and frozenset((v, following)) not in self.driven:
+                out.add(v)
         return out
 
     def near_side(self, v: Point) -> str | None:
@@ -325,16 +355,16 @@ class BoardSheet:
         along, out = float(np.dot(edge, d)), float(np.dot(outward, d))
         E, P, N = _edge_frame(sheet, v, w, outward)
         sign = self.driven.get(frozenset((v, w)), 0)
-        if len(self.ring) == 2:  # the panel above a single crease is the one that stays in the plane
-            sign = sign if outward[1] < 0 else 0
+        if len(self.ring) == 2 and outward @ self.stays > 0:
+            sign = 0
         # a valley lifts the flap towards the side that the normal points to
         flap = math.cos(sign * rho) * P + math.sin(sign * rho) * N
         direction = along * E + out * flap
         return direction / np.linalg.norm(direction)
 
     def _board(self) -> list[Point]:
-        side = range(-self.half, self.half + 1)
-        return [(x, y) for y in side for x in side]
+        xs, ys = (range(-half, half + 1) for half in self.half)
+        return [(x, y) for y in ys for x in xs]
 
     def _too_long(self, d: Point) -> bool:
         return self.max_length is not None and math.hypot(*d) > self.max_length + EPSILON

@@ -94,7 +94,7 @@ class _Sheets:
         self.ids = np.full((self.count, n, order), -1, dtype=np.int64)
         self.ids[live] = inverse.reshape(-1, order)
         self.sheet, place = self.keys // game.rules.points, self.keys % game.rules.points
-        self.flat = np.stack([place % game.board_size, place // game.board_size], axis=1) - game.rules.half
+        self.flat = np.stack([place % game.board[0], place // game.board[0]], axis=1) - game.rules.half
         self.live = live
         # folded positions; past its reach a sheet stays at its last angle
         angles = np.arange(len(game.angles))
@@ -112,8 +112,8 @@ class _Sheets:
         self._expand_creases()
 
     def key(self, sheet: Ints, xy: Ints) -> Ints:
-        half, size = self.game.rules.half, self.game.board_size
-        place = (xy[..., 1] + half) * size + xy[..., 0] + half
+        half_x, half_y = self.game.rules.half
+        place = (xy[..., 1] + half_y) * self.game.board[0] + xy[..., 0] + half_x
         out: Ints = sheet * self.game.rules.points + place
         return out
 

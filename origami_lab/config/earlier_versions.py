@@ -72,12 +72,23 @@ LATER_KEYS: dict[str, Any] = {
 }
 """Settings that came later → what a run meant that does not have them."""
 
+LATER_IN_GROUPS: dict[str, dict[str, Any]] = {"board": {"width": None, "height": None}}
+"""Keys of groups that came later, likewise."""
+
 
 LATER_ARGUMENTS: dict[str, dict[str, Any]] = {
+    "origami_lab.game.Square": {"position": None},
+    "origami_lab.game.Crease": {"ends": None, "stays": "upper"},
+    "origami_lab.targets.mesh": {"board_width": None, "board_height": None},
+    "origami_lab.objectives.BucketObjective": {"norm_of": "leaves"},
     "origami_lab.search.BreadthFirstSearch": {"aspiration": None, "inside_moves": False},
     "origami_lab.search.DepthFirstSearch": {"aspiration": None, "inside_moves": False},
 }
 """Arguments of ours that came later, by the public name → what a run meant that does not have them."""
+
+
+OTHER_TODAY: dict[str, tuple[str, ...]] = {"origami_lab.objectives.BucketObjective": ("norm_of",)}
+"""Those of them whose default is another today: a run that goes on keeps to what it meant."""
 
 
 def public_target(path: str) -> str:
@@ -98,7 +109,11 @@ def with_public_targets(value: Any) -> Any:
 
 def as_of_today(config: Mapping[str, Any]) -> dict[str, Any]:
     """The configuration of a run of any version, with today's names and with all settings."""
-    return {**LATER_KEYS, **with_public_targets(config)}
+    found = {**LATER_KEYS, **with_public_targets(config)}
+    for group, later in LATER_IN_GROUPS.items():
+        if isinstance(found.get(group), Mapping):
+            found[group] = {**later, **found[group]}
+    return found
 
 
 def new_home(module: str) -> str | None:

@@ -108,8 +108,11 @@ def _missing(error: MissingConfigException, arguments: Sequence[str]) -> InputEr
     if not options:
         return InputError(group or "configuration", option, first_line(str(error)))
     group, hint = group.removeprefix("/"), nearest(option, options)
-    if group == "board" and (size := re.fullmatch(r"(\d+)(?:x\1)?", option)):
-        hint = f"; any other size is given as board.size={size[1]}"
+    if group == "board" and (size := re.fullmatch(r"(\d+)(?:x(\d+))?", option)):
+        width, height = int(size[1]), int(size[2] or size[1])
+        if width % 2 and height % 2:
+            given = f"board.size={width}" if width == height else f"board.width={width} board.height={height}"
+            hint = f"; any other size is given as {given}"
     return InputError(group, option, f"must be one of {', '.join(options)}{hint}")
 
 

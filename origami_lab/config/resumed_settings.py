@@ -4,22 +4,36 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from origami_lab.config.earlier_versions import LATER_ARGUMENTS, OTHER_TODAY, public_target
 from origami_lab.config.mesh_axis import as_it_was, is_mesh, with_target, without_up
 from origami_lab.config.node import Node
 from origami_lab.config.settings import Settings
 
 
 def like_begun(settings: Settings, begun: Node) -> Settings:
-    """The settings of a run that goes on, without what could not be said when it began: its target stays as it was.
+    """The settings of a run that goes on, without what could not be said when it began: its parts stay as they were.
 
     Parameters
     ----------
     begun
         The configuration that the run was started with.
     """
+    settings = _with_old_objective(settings, begun)
     before = begun.get("target") or {}
     if settings.target is None or not (is_mesh(settings.target) and is_mesh(before)) or "up" in before:
         return settings
     return replace(
         settings, target=as_it_was(without_up(settings.target)), config=with_target(settings.config, without_up)
     )
+
+
+def _with_old_objective(settings: Settings, begun: Node) -> Settings:
+    """The settings with what an objective meant by arguments that it did not have, where that is another today."""
+    before = begun.get("objective") or {}
+    name = public_target(str(before.get("_target_")))
+    old = {key: LATER_ARGUMENTS[name][key] for key in OTHER_TODAY.get(name, ())}
+    was_said = begun.get("folder_format", 1) != 1  # today's folders say it
+    if not old or was_said or public_target(str(settings.objective.get("_target_"))) != name:
+        return settings
+    written = {**settings.config, "objective": {**settings.config["objective"], **old}}
+    return replace(settings, objective={**settings.objective, **old}, config=written)

@@ -157,9 +157,12 @@ def _plain(config: DictConfig) -> dict[str, Any]:
         container = OmegaConf.to_container(config, resolve=True, throw_on_missing=True)
     except MissingMandatoryValue as error:
         key = str(error.full_key or "configuration")
-        examples = {"target": "target.path=part.stl", "start": "start.path=results/bowl/bfts/TIME/seed=3"}
-        group = next((group for group in examples if key.endswith(f"{group}.path")), None)
-        hint = f"must be given: {examples[group]}" if group else "must be given, has no default"
+        examples = (
+            *("target.path=part.stl", "start.path=results/bowl/bfts/TIME/seed=3"),
+            "start.corners=[[2,0],[0,2],[-2,0],[0,-2]]",
+        )
+        example = next((example for example in examples if key.endswith(example.partition("=")[0])), None)
+        hint = f"must be given: {example}" if example else "must be given, has no default"
         raise InputError(key, "(nothing)", hint) from error
     except OmegaConfBaseException as error:
         message = str(error).splitlines()[0]

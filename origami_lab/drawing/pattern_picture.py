@@ -109,8 +109,11 @@ def _draw_board(axes: Axes, low: NDArray[np.float64], side: float, board: object
         spine.set(color="#c9ccd4", linewidth=1.0)
     first, last = np.ceil(low), np.floor(high)
     begin, end = low, high
-    if isinstance(board, int) and board > 0:
-        first, last = np.maximum(first, -(board - 1) / 2), np.minimum(last, (board - 1) / 2)
+    if isinstance(board, int):
+        board = [board, board]  # points along x and along y
+    if isinstance(board, list) and len(board) == 2 and all(isinstance(side, int) and side > 0 for side in board):
+        edge = (np.array(board) - 1) / 2
+        first, last = np.maximum(first, -edge), np.minimum(last, edge)
         begin, end = first, last
     if side > 200:  # a foreign file in millimetres: no grid would be seen
         return

@@ -45,7 +45,7 @@ class RigidOrigamiEnv(gymnasium.Env[NDArray[Any], np.int64]):
     observation
         ``compact`` or ``tensor`` (:mod:`origami_lab.game.observation`).
     vertices
-        Cap on the vertex axis of the tensor; None for the paper's N².
+        Cap on the vertex axis of the tensor; None for the paper's, all points of the board.
     config_dir
         A folder with options of the user's own.
     render_mode

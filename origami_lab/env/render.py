@@ -27,7 +27,7 @@ def picture(problem: Problem, positions: Positions, i: int) -> NDArray[np.uint8]
         return np.full((SIDE, 2 * SIDE, 3), 255, dtype=np.uint8)
     score = problem.evaluator.score(states, positions.memos, i)
     best = score.angle if score.angle >= 0 else None
-    design = game.design(game.finished_actions(states, i), best, {"board": game.board_size})
+    design = game.design(game.finished_actions(states, i), best, {"board": game.board_fact})
     target = getattr(problem.objective, "target", None)
     surface = TargetSurface(target.vertices, target.faces) if isinstance(target, Target) else None
     # pictures are made of files and become files

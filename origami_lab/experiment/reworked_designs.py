@@ -18,7 +18,7 @@ from origami_lab.polish.polisher import FINER, STEPS, Polished, polish_design
 from origami_lab.polish.simplifier import TOLERANCE, GameDesign, PolishedDesign, Simplified, simplify_design
 from origami_lab.runs.locks import locked
 from origami_lab.runs.run_folder import FolderError, RunFolder
-from origami_lab.runs.trial_row import OK, POLISHED_RETURNS, RETURNS, STOPPED, TIME_LIMIT, TrialRow
+from origami_lab.runs.trial_row import OK, POLISHED_RETURNS, RETURNS, STOPPED, TIME_LIMIT, TrialRow, beside_row
 
 Made = TypeVar("Made", Polished, Simplified)
 
@@ -114,7 +114,7 @@ def polish_trial(
         if row is not None:
             stopped = should_stop is not None and should_stop()
             row = _with_polish(row, polished, OK if polished.whole else STOPPED if stopped else TIME_LIMIT)
-            row.write(path / RESULT)
+            row.write(path / RESULT, beside_row(folder.trial(seed) / RESULT))
     return replace(done, files=tuple(folder.trial(seed) / file.name for file in done.files)), row
 
 

@@ -128,9 +128,13 @@ def read_saved(file: Path, overrides: Sequence[str] = ()) -> SavedDesign:
     settings = _settings_for(file, task, overrides)
     game = build_game(settings)
     target, objective = build_objective(settings)
-    board = fold.metadata.get("board", game.board_size)
-    if board != game.board_size:
-        raise InputError("board.size", game.board_size, f"must be {board}, as {file.name} says")
+    board = fold.metadata.get("board", game.board_fact)
+    if board != game.board_fact:
+        sides = board if isinstance(board, list) and len(board) == 2 else [board, board]
+        for key, side, own in zip(("board.width", "board.height"), game.board, sides, strict=True):
+            if side != own:
+                key = key if isinstance(board, list) else "board.size"
+                raise InputError(key, side, f"must be {own}, as {file.name} says")
     _check_playable(game, fold.actions, file)
     return SavedDesign(game, objective, target, fold.actions, _angle_of(game, fold.metadata, file), fold.metadata, file)
 

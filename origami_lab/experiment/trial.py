@@ -14,10 +14,11 @@ import numpy as np
 
 from origami_lab.config.instantiate import Parts, build_parts
 from origami_lab.config.settings import Settings
+from origami_lab.experiment.kept_design import Kept, keep_design
 from origami_lab.experiment.trial_files import write_files
 from origami_lab.file_names import POLISHED, RESULT
 from origami_lab.runs.run_folder import FolderError, RunFolder
-from origami_lab.runs.trial_row import FAILED, NO_DESIGN, OK, STOPPED, TrialRow
+from origami_lab.runs.trial_row import FAILED, NO_DESIGN, OK, STOPPED, TrialRow, beside_row
 from origami_lab.workers.worker_process import reason_of
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ def run_trial(
 
     Returns
     -------
-    The trial's row of trials.csv, and warnings (pictures that could not be drawn).
+    The trial's row of trials.csv, and warnings: pictures that could not be drawn, designs that are refuted.
 
     Raises
     ------
@@ -117,18 +118,24 @@ def _search(
     on_progress(problem)
 
     outcome = problem.outcome()
-    design = parts.game.design(outcome.actions, outcome.angle)
     # a search that ends by itself before its budget is spent is a finished one
     stopped = problem.stopped and outcome.interactions < settings.budget
-    row = _row(seed, parts, outcome, design, seconds, stopped)
-    facts = {"task": settings.task, "search": settings.method, "board": parts.game.board_size}
-    facts |= {name: row[name] for name in ("seed", "return", "driving_angle", "interactions", "status")}
-    if parts.target is not None and parts.target.units_per_cell is not None:
-        facts["units_per_cell"] = parts.target.units_per_cell
-    facts |= pose(parts.objective, design)
-    design = replace(design, metadata=MappingProxyType(facts))
+    status = STOPPED if stopped else OK if outcome.succeeded else NO_DESIGN
+
+    def make(found: Outcome) -> CreasePattern:
+        design = parts.game.design(found.actions, found.angle)
+        facts: dict[str, object] = {"task": settings.task, "search": settings.method, "seed": seed}
+        facts |= {"board": parts.game.board_fact}
+        facts |= {"return": _return(parts, found), "driving_angle": _driving_angle(parts, found)}
+        facts |= {"interactions": int(found.interactions), "status": status}
+        if parts.target is not None and parts.target.units_per_cell is not None:
+            facts["units_per_cell"] = parts.target.units_per_cell
+        return replace(design, metadata=MappingProxyType(facts | pose(parts.objective, design)))
+
     with folder.new_trial(seed) as path:
-        return write_files(path, folder, settings, parts, outcome, design, row)
+        kept = keep_design(path, outcome, make, verifies=settings.files == "all" and settings.certify)
+        row = _row(seed, parts, kept, seconds, status)
+        return row, write_files(path, folder, settings, parts, kept, row)
 
 
 def _polish(
@@ -162,7 +169,7 @@ def _polish(
         reason = reason_of(error)
         row = replace(row, polish=f"{FAILED}: {reason}")
         with folder.more_of_trial(row.seed, POLISHED) as path:
-            row.write(path / RESULT)
+            row.write(path / RESULT, beside_row(folder.trial(row.seed) / RESULT))
         return row, [f"its best design is not polished: {reason}"]
     return polished or row, list(done.warnings)
 
@@ -172,19 +179,28 @@ def random_generator(seed: int) -> np.random.Generator:
     return np.random.default_rng(np.random.SeedSequence(seed))
 
 
-def _row(seed: int, parts: Parts, outcome: Outcome, design: CreasePattern, seconds: float, stopped: bool) -> TrialRow:
+def _return(parts: Parts, outcome: Outcome) -> float:
+    """The best return; if no episode succeeded all of them brought the penalty."""
+    return float(outcome.value) if outcome.succeeded else parts.game.penalty
+
+
+def _driving_angle(parts: Parts, outcome: Outcome) -> float | None:
+    """That of the best design, in degrees."""
+    return math.degrees(parts.game.angles[outcome.angle]) if outcome.succeeded else None
+
+
+def _row(seed: int, parts: Parts, kept: Kept, seconds: float, status: str) -> TrialRow:
     from origami_lab.objectives.objective import report as report_figures
 
+    outcome, design = kept.outcome, kept.design
     figures = report_figures(parts.objective, parts.game, outcome.actions, outcome.angle)
-    best = outcome.angle if outcome.succeeded else None
     return TrialRow(
         seed=seed,
-        # no episode succeeded: then all of them brought the penalty
-        return_=float(outcome.value) if outcome.succeeded else parts.game.penalty,
+        return_=_return(parts, outcome),
         return_vertex=_finite(figures.get("return_vertex")),
         return_surface=_finite(figures.get("return_surface")),
         return_sampled=_finite(figures.get("return_sampled")),
-        driving_angle=None if best is None else math.degrees(parts.game.angles[best]),
+        driving_angle=_driving_angle(parts, outcome),
         interactions=int(outcome.interactions),
         interactions_to_best=int(outcome.interactions_to_best),
         seconds=round(seconds, 3),
@@ -193,10 +209,11 @@ def _row(seed: int, parts: Parts, outcome: Outcome, design: CreasePattern, secon
         creases=int(np.count_nonzero(~design.boundary)),
         panels=len(design.panels),
         reach=len(design.driving_angles),
-        status=STOPPED if stopped else OK if outcome.succeeded else NO_DESIGN,
+        status=status,
         episodes=int(outcome.episodes),
         rejected=int(outcome.rejected),
         places_evaluated=int(outcome.places_evaluated),
+        certificate=kept.verdict,
     )
 
 

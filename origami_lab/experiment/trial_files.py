@@ -1,4 +1,4 @@
-"""The files of a trial: its best design, what that looks like, and what is proven of it."""
+"""The files of a trial beside its design: what that looks like, how it was found, and what came of it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import csv
 import json
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,10 +13,10 @@ import numpy as np
 
 from origami_lab.config.instantiate import Parts
 from origami_lab.config.settings import Settings
+from origami_lab.experiment.kept_design import Kept
 from origami_lab.file_names import (
     ACTIONS,
     BEST,
-    CERTIFICATE,
     CURVE,
     FILM,
     FOLDED_PNG,
@@ -41,36 +40,25 @@ MOTION_STEPS = 24
 
 
 def write_files(
-    path: Path,
-    folder: RunFolder,
-    settings: Settings,
-    parts: Parts,
-    outcome: Outcome,
-    design: CreasePattern,
-    row: TrialRow,
-) -> tuple[TrialRow, list[str]]:
-    """Write all files of a trial.
+    path: Path, folder: RunFolder, settings: Settings, parts: Parts, kept: Kept, row: TrialRow
+) -> list[str]:
+    """Write all files of a trial beside its ``best.fold``.
 
     Returns
     -------
-    The row with the certificate's verdict, and warnings: pictures that could not be drawn, a design that is refuted.
+    Warnings: what was refuted, pictures that could not be drawn.
     """
     from origami_lab.fold_format.writer import write_fold
 
-    write_fold(path / BEST, design)
-    _write_actions(path / ACTIONS, settings, parts, outcome, row)
-    _write_curve(path / CURVE, parts, outcome, row)
+    _write_actions(path / ACTIONS, settings, parts, kept.outcome, row)
+    _write_curve(path / CURVE, parts, kept.outcome, row)
     warnings: list[str] = []
     if settings.files == "all":
-        motion, warnings = _motion(parts, outcome, design)
+        motion, warnings = _motion(parts, kept.outcome, kept.design)
         write_fold(path / MOTION, motion)
-        if outcome.succeeded:
-            verdict, found = _certify(path)
-            row = replace(row, certificate=verdict)
-            warnings += found
-        warnings += _draw(path, folder)
-    row.write(path / RESULT)
-    return row, warnings
+        warnings += [*kept.warnings, *_draw(path, folder)]
+    row.write(path / RESULT, {"passed_over": kept.passed_over} if kept.passed_over else {})
+    return warnings
 
 
 def _motion(parts: Parts, outcome: Outcome, design: CreasePattern) -> tuple[CreasePattern, list[str]]:
@@ -114,25 +102,6 @@ def _write_curve(path: Path, parts: Parts, outcome: Outcome, row: TrialRow) -> N
             angle = math.degrees(parts.game.angles[step.angle])
             writer.writerow((int(step.interaction), float(step.value), angle))
         writer.writerow((row.interactions, row.return_, row.driving_angle))
-
-
-def _certify(path: Path) -> tuple[str | None, list[str]]:
-    """Verify what best.fold says and write the certificate beside it; its verdict, and warnings.
-
-    No time limit: how many states of the motion are solved for is bounded, so that the verdict does not depend on the
-    machine.
-    """
-    try:
-        from origami_lab.verification.certificate import REFUTED
-        from origami_lab.verification.verify_design import verify
-
-        certificate = replace(verify(path / BEST), name=BEST)
-        text = certificate.json_text()
-    except Exception as error:
-        return None, [f"no {CERTIFICATE}: {type(error).__name__}: {error}"]
-    (path / CERTIFICATE).write_text(text, encoding="utf-8")
-    refuted = certificate.verdict == REFUTED
-    return certificate.verdict, [f"its best design is refuted: {certificate.reason}"] if refuted else []
 
 
 def _draw(path: Path, folder: RunFolder) -> list[str]:

@@ -3,11 +3,11 @@
 from .crease_pattern import CreasePattern
 from .folded_sheet import FoldedSheet
 from .game import Game
-from .moves import Extend, Move, Place, Source, Terminate, move_from_dict, move_to_dict
+from .moves import Extend, Lay, Move, Place, Source, Terminate, move_from_dict, move_to_dict
 from .observation import CompactView, TensorView
 from .start_file import SavedPattern, read_pattern
 from .start_from_moves import FromFile, FromMoves
-from .start_patterns import Crease, Square, Start
+from .start_patterns import Crease, Panel, Rectangle, Square, Start
 
 __all__ = [
     "CompactView",
@@ -18,8 +18,11 @@ __all__ = [
     "FromFile",
     "FromMoves",
     "Game",
+    "Lay",
     "Move",
+    "Panel",
     "Place",
+    "Rectangle",
     "SavedPattern",
     "Source",
     "Square",

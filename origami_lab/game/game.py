@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property
 from types import MappingProxyType
 from typing import Literal
 
@@ -32,6 +33,8 @@ class Game:
     ----------
     board_size
         Odd N: the board has N×N points from −(N−1)/2 to (N−1)/2.
+    board_width, board_height
+        Odd numbers of points along x and along y instead; None for N.
     symmetry
         ``none``, ``x``, ``y``, ``xy`` or ``xyd`` (also the diagonals).
     start
@@ -39,7 +42,8 @@ class Game:
     max_crease_length
         In board cells; None for no limit. Start patterns are exempt.
     source_action
-        Whether driven creases may be laid during the game.
+        Where driven creases may be laid during the game: False for nowhere, ``"axis"`` or True for the segments between
+        a leaf and its mirror image, ``"boundary"`` for any boundary segment that has no crease.
     driving_angle_max, driving_angle_count
         Largest driving angle in degrees and how many equally spaced angles up to it decide.
     driving_angle_fixed
@@ -59,8 +63,10 @@ class Game:
         symmetry: str = "xyd",
         start: Start | None = None,
         *,
+        board_width: int | None = None,
+        board_height: int | None = None,
         max_crease_length: float | None = None,
-        source_action: bool = True,
+        source_action: bool | str = True,
         driving_angle_max: float = DEFAULT_MAX_ANGLE,
         driving_angle_count: int = 10,
         driving_angle_fixed: float | Literal["start"] | None = None,
@@ -71,6 +77,8 @@ class Game:
         settings = checked_rules(
             {
                 "board_size": board_size,
+                "board_width": board_width,
+                "board_height": board_height,
                 "symmetry": symmetry,
                 "max_crease_length": max_crease_length,
                 "source_action": source_action,
@@ -94,15 +102,33 @@ class Game:
         self.driving_angle_fixed: float | None = fixed
         """Degrees, also where ``"start"`` was asked for."""
         self.rules = rules
-        self.board_size, self.symmetry, self.angles = rules.board_size, rules.symmetry, rules.angles
+        self.board, self.symmetry, self.angles = rules.board, rules.symmetry, rules.angles
         self._origin = lay(rules, self.start_moves) if self.start_moves else empty_board(rules)
 
     # --- states ------------------------------------------------------------------------------------------------------
 
     @property
     def penalty(self) -> float:
-        """r_min, the return of an episode that ends in a non-foldable state."""
+        """r_min, the return of an episode that ends in a non-foldable state: minus the board's longer side."""
         return -float(self.board_size - 1)
+
+    @cached_property
+    def corners(self) -> int:
+        """Representative vertices of the start pattern as it is placed, without what moves add to it."""
+        states = empty_board(self.rules)
+        while not int(states["n_vertices"][0]):
+            self.rules.play(states, int(self.rules.legal(states)[-1]))
+        return int(states["n_vertices"][0])
+
+    @property
+    def board_size(self) -> int:
+        """Points along the longer side of the board: N of N×N."""
+        return max(self.board)
+
+    @property
+    def board_fact(self) -> int | list[int]:
+        """The board as a design's metadata has it: N of N×N points, or their numbers along x and along y."""
+        return self.board_size if self.board[0] == self.board[1] else list(self.board)
 
     @property
     def first_angle(self) -> int:
@@ -126,7 +152,12 @@ class Game:
 
     def bare_start(self) -> tuple[int, ...]:
         """Actions that lead to a start pattern alone."""
-        return self.start_actions or (int(self.legal(self.new_states(1))[-1]),)
+        if self.start_actions:
+            return self.start_actions
+        states = self.new_states(1)
+        while int(states["phase"][0]) == PLACEMENT:
+            self.play(states, int(self.legal(states)[-1]))
+        return self.finished_actions(states)
 
     def legal(self, states: States, i: int = 0) -> Actions:
         """The legal actions; an episode in progress that has none is marked as ended (stuck)."""

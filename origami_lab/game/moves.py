@@ -26,6 +26,21 @@ class Place:
 
 
 @dataclass(frozen=True)
+class Lay:
+    """Lay down a start pattern that no single number says: its corners, counter-clockwise, and its sides.
+
+    Of a single crease there are two corners; the panel on the left of the way from the first to the second stays.
+    """
+
+    corners: tuple[Point, ...]
+    signs: tuple[int, ...]
+    """Of the side after each corner: 1 or −1 if it is driven, 0 if not."""
+    sign: int
+    """Sign of the driving angle: +1 valley where the side's is 1."""
+    kind: ClassVar[str] = "lay"
+
+
+@dataclass(frozen=True)
 class Extend:
     """Extend ``leaf`` in mode ``mode`` with children ``a`` (prev side), ``b`` (next side) and ``c`` (middle)."""
 
@@ -39,7 +54,11 @@ class Extend:
 
 @dataclass(frozen=True)
 class Source:
-    """Lay a driven crease between ``leaf`` and its mirror image across the domain's axis ``end`` ("start" or "end")."""
+    """Lay a driven crease on the boundary.
+
+    It lies between ``leaf`` and its mirror image across the domain's axis ``end``, ``"start"`` or ``"end"``; or between
+    it and the next leaf, counter-clockwise: ``"next"``.
+    """
 
     leaf: Point
     end: str
@@ -54,9 +73,9 @@ class Terminate:
     kind: ClassVar[str] = "terminate"
 
 
-Move = Place | Extend | Source | Terminate
+Move = Place | Lay | Extend | Source | Terminate
 
-_KINDS: dict[str, Callable[..., Move]] = {move.kind: move for move in (Place, Extend, Source, Terminate)}
+_KINDS: dict[str, Callable[..., Move]] = {move.kind: move for move in (Place, Lay, Extend, Source, Terminate)}
 
 
 def move_to_dict(move: Move) -> dict[str, Any]:
@@ -66,8 +85,13 @@ def move_to_dict(move: Move) -> dict[str, Any]:
 
 def move_from_dict(data: Mapping[str, Any]) -> Move:
     """The inverse of :func:`move_to_dict`; raises InputError."""
-    fields = {key: tuple(value) if isinstance(value, list) else value for key, value in data.items() if key != "kind"}
+    fields = {key: _frozen(value) for key, value in data.items() if key != "kind"}
     try:
         return _KINDS[data["kind"]](**fields)
     except (KeyError, TypeError) as error:
         raise InputError("move", dict(data), f"must be one of {', '.join(_KINDS)} with its fields") from error
+
+
+def _frozen(value: Any) -> Any:
+    """Lists, as JSON has them, as tuples."""
+    return tuple(_frozen(item) for item in value) if isinstance(value, list | tuple) else value

@@ -3,16 +3,18 @@
 Both hold the crease graph as it stands: the vertices in order of appearance, their rigid body modes, the creases, which
 of them are driven and with what sign, and the vertex that is being extended with the children chosen for it so far.
 
-**Tensor**, (N, N, V + 2) of −1, 0, 1, indices [x, y, k] from the board's lower left corner. k = 0: the mode of the
-vertex at the point. k = 1 … V: its creases, to the k-th vertex of the sheet, mirror images counted: 1 for an outgoing
-crease, −1 for an incoming one. A driven crease has no direction: its sign stands at both ends. k = V + 1: 1 at the
-vertex that is being extended, and at its images. The paper's V is N².
+**Tensor**, (w, h, V + 2) of −1, 0, 1 on a board of w × h points, indices [x, y, k] from its lower left corner. k = 0:
+the mode of the vertex at the point. k = 1 … V: its creases, to the k-th vertex of the sheet, mirror images counted: 1
+for an outgoing crease, −1 for an incoming one. A driven crease has no direction: its sign stands at both ends.
+k = V + 1: 1 at the vertex that is being extended, and at its images, and at the corners that are chosen for the start
+pattern; everywhere the sign of a source whose place on the boundary is to be chosen. The paper's V is w · h.
 
-**Compact**, a vector of :data:`FEATURES` numbers for each playable point of the board, then one for each phase of the
-game. A point holds, all in [−1, 1]: (order of appearance + 1) / number of playable points, 0 where there is no vertex;
-its mode; whether it is being extended; the offsets (x, y) of up to three children, in units of the board's width N − 1;
-offset and sign of up to two driven creases. Images and their creases follow from the symmetry, so nothing is lost. On
-the bowl's board it is 1,370 numbers; the paper's tensor is 391,875.
+**Compact**, a vector of some numbers for each playable point of the board, then one for each phase of the game. A point
+holds, all in [−1, 1]: (order of appearance + 1) / number of playable points, 0 where there is no vertex; its mode;
+whether it is being extended, or is chosen for the start pattern; the offsets (x, y) of up to three children, in units
+of the board's longer side; offset and sign of up to two driven creases, eight with sources anywhere on the boundary.
+The phase is 1, or the sign of such a source that is begun. Images and their creases follow from the symmetry, so
+nothing is lost. On the bowl's board it is 1,370 numbers; the paper's tensor is 391,875.
 """
 
 from __future__ import annotations
@@ -26,6 +28,8 @@ from origami_lab.errors import InputError
 from origami_lab.game.game import Game
 from origami_lab.game.kernels.boundary import PREV, near_side
 from origami_lab.game.kernels.state import (
+    ON_BOUNDARY,
+    PLACEMENT,
     SECOND,
     SELECTION,
     THIRD,
@@ -41,6 +45,8 @@ from origami_lab.jit import inlined, kernel
 
 FEATURES = 15
 """Numbers for each playable point in the compact observation."""
+FEATURES_WITH_SOURCES = 33
+"""The same where sources may lie on any boundary segment: a vertex may get one after another."""
 PHASES = THIRD + 1
 
 _ORDER, _MODE, _CURRENT, _CHILDREN, _DRIVEN = 0, 1, 2, 3, 9
@@ -66,7 +72,7 @@ def view_of(game: Game, observation: str = "compact", vertices: int | None = Non
     Parameters
     ----------
     vertices
-        V of the tensor: later vertices are still seen, but not what is connected to them. None for the paper's N².
+        V of the tensor: later vertices are still seen, but not what is connected to them. None for all points.
 
     Raises
     ------
@@ -81,12 +87,14 @@ def view_of(game: Game, observation: str = "compact", vertices: int | None = Non
 
 
 class CompactView:
-    """The compact observation, (FEATURES · playable points + PHASES,) float32."""
+    """The compact observation, (features · playable points + PHASES,) float32."""
 
     def __init__(self, game: Game) -> None:
-        playable = playable_points(game)
+        playable = game.rules.playable_points
         self.count = int(playable.sum())
-        self.shape: tuple[int, ...] = (FEATURES * self.count + PHASES,)
+        on_boundary = game.rules.record["sources"][0] == ON_BOUNDARY
+        self.features = FEATURES_WITH_SOURCES if on_boundary else FEATURES
+        self.shape: tuple[int, ...] = (self.features * self.count + PHASES,)
         self.dtype = np.dtype(np.float32)
         self._rules = game.rules.record
         self._slots = np.where(playable, np.cumsum(playable) - 1, -1).astype(np.int32)
@@ -97,7 +105,7 @@ class CompactView:
 
 
 class TensorView:
-    """The paper's tensor, (N, N, V + 2) int8."""
+    """The paper's tensor, (w, h, V + 2) int8."""
 
     def __init__(self, game: Game, vertices: int | None = None) -> None:
         most = game.rules.points
@@ -106,8 +114,7 @@ class TensorView:
         ):
             expected = f"must be a whole number from 1 to {most}, the points of the board, or null for all of them"
             raise InputError("vertices", vertices, expected)
-        side = game.board_size
-        self.shape: tuple[int, ...] = (side, side, (most if vertices is None else vertices) + 2)
+        self.shape: tuple[int, ...] = (*game.board, (most if vertices is None else vertices) + 2)
         self.dtype = np.dtype(np.int8)
         self._rules = game.rules.record
 
@@ -116,16 +123,9 @@ class TensorView:
         write_tensor(states, i, self._rules, out)
 
 
-def playable_points(game: Game) -> NDArray[np.bool_]:
-    """(N²,) which points of the board are playable, row by row from the lower left."""
-    line = np.arange(-game.rules.half, game.rules.half + 1)
-    x, y = np.meshgrid(line, line)
-    return game.symmetry.playable(np.stack([x.ravel(), y.ravel()], axis=-1))
-
-
 def possible_actions(game: Game) -> NDArray[np.int64]:
     """(m,) the actions that can ever be legal: all but those that name a point which is not playable."""
-    points = np.flatnonzero(playable_points(game))
+    points = np.flatnonzero(game.rules.playable_points)
     rest = np.arange(3 * game.rules.points, game.rules.n_actions)
     return np.concatenate([points, points + game.rules.points, points + 2 * game.rules.points, rest])
 
@@ -138,46 +138,76 @@ def write_compact(states: States, i: int, rules: States, slots: Slots, count: in
     """Fill the compact observation; ``slots`` numbers the ``count`` playable points among all, −1 for the others."""
     s, r = states[i], rules[0]
     out[:] = 0.0
-    unit = 1.0 / (2 * r.half)
-    out[FEATURES * count + s.phase] = 1.0
+    unit = 1.0 / (2 * max(r.half_x, r.half_y))
+    features = (out.shape[0] - PHASES) // count
+    # a sign is chosen before the place of a source on the boundary
+    out[features * count + s.phase] = 1.0 if s.phase != PLACEMENT or s.n_vertices == 0 else s.mode
     for v in range(s.n_vertices):
-        at = FEATURES * slots[point_index(r, s.xy[v, 0], s.xy[v, 1])]
+        at = features * slots[point_index(r, s.xy[v, 0], s.xy[v, 1])]
         out[at + _ORDER] = (v + 1) / count
         out[at + _MODE] = s.modes[v]
     parent, child = -1, 0
     for e in range(s.n_creases):
         u, w = s.creases[e, 0], s.creases[e, 1]
         if s.driven[e] != 0:
-            note_driven(s, r, u, w, s.driven[e], slots, unit, out)
-            note_driven(s, r, w, u, s.driven[e], slots, unit, out)
+            note_driven(s, r, u, w, s.driven[e], slots, features, unit, out)
+            note_driven(s, r, w, u, s.driven[e], slots, features, unit, out)
             continue
         child = child + 1 if u == parent else 0  # the creases of an extension follow each other
         parent = u
         v = u >> 3
         x, y = code_x(s, r, w), code_y(s, r, w)
-        note_child(s, r, v, child, x, y, slots, unit, out)
+        note_child(s, r, v, child, x, y, slots, features, unit, out)
+    if s.phase == PLACEMENT and s.n_vertices == 0:
+        note_picks(s, r, slots, features, out)
     if s.phase > SELECTION:
         v = s.selected
-        at = FEATURES * slots[point_index(r, s.xy[v, 0], s.xy[v, 1])]
+        at = features * slots[point_index(r, s.xy[v, 0], s.xy[v, 1])]
         out[at + _MODE], out[at + _CURRENT] = s.mode, 1.0
         only = s.axis[v] > 0  # the other outer child is an image
         if s.phase == SECOND or (s.phase == THIRD and not (only and near_side(s, r, v) != PREV)):
-            note_child(s, r, v, 0, s.first_x, s.first_y, slots, unit, out)
+            note_child(s, r, v, 0, s.first_x, s.first_y, slots, features, unit, out)
         if s.phase == THIRD and not (only and near_side(s, r, v) == PREV):
-            note_child(s, r, v, 0 if only else 1, s.second_x, s.second_y, slots, unit, out)
+            note_child(s, r, v, 0 if only else 1, s.second_x, s.second_y, slots, features, unit, out)
+
+
+@kernel
+def note_picks(s: Record, r: Record, slots: Slots, features: int, out: NDArray[np.float32]) -> None:
+    """Mark the places that are chosen for the start pattern so far."""
+    if s.unfinished > 0:
+        out[features * slots[point_index(r, s.first_x, s.first_y)] + _CURRENT] = 1.0
+    if s.unfinished > 1:
+        out[features * slots[point_index(r, s.second_x, s.second_y)] + _CURRENT] = 1.0
 
 
 @inlined
 def note_child(
-    s: Record, r: Record, v: int, child: int, x: int, y: int, slots: Slots, unit: float, out: NDArray[np.float32]
+    s: Record,
+    r: Record,
+    v: int,
+    child: int,
+    x: int,
+    y: int,
+    slots: Slots,
+    features: int,
+    unit: float,
+    out: NDArray[np.float32],
 ) -> None:
-    at = FEATURES * slots[point_index(r, s.xy[v, 0], s.xy[v, 1])] + _CHILDREN + 2 * child
+    at = features * slots[point_index(r, s.xy[v, 0], s.xy[v, 1])] + _CHILDREN + 2 * child
     out[at], out[at + 1] = unit * (x - s.xy[v, 0]), unit * (y - s.xy[v, 1])
 
 
 @inlined
 def note_driven(
-    s: Record, r: Record, here: int, there: int, sign: int, slots: Slots, unit: float, out: NDArray[np.float32]
+    s: Record,
+    r: Record,
+    here: int,
+    there: int,
+    sign: int,
+    slots: Slots,
+    features: int,
+    unit: float,
+    out: NDArray[np.float32],
 ) -> None:
     """Note a driven crease at one of its ends, or rather at the representative of that end."""
     v = here >> 3
@@ -185,8 +215,9 @@ def note_driven(
     dx = unit * (code_x(s, r, other) - s.xy[v, 0])
     dy = unit * (code_y(s, r, other) - s.xy[v, 1])
     dx, dy = np.float32(dx), np.float32(dy)
-    first = FEATURES * slots[point_index(r, s.xy[v, 0], s.xy[v, 1])] + _DRIVEN
-    for at in (first, first + 3):
+    first = features * slots[point_index(r, s.xy[v, 0], s.xy[v, 1])] + _DRIVEN
+    for slot in range((features - _DRIVEN) // 3):
+        at = first + 3 * slot
         if out[at + 2] == 0.0:
             out[at], out[at + 1], out[at + 2] = dx, dy, sign
             return
@@ -221,6 +252,13 @@ def write_tensor(states: States, i: int, rules: States, out: Image) -> None:
             chosen[n_chosen] = find(x, y, n)
             n = max(n, chosen[n_chosen] + 1)
             n_chosen += 1
+    if s.phase == PLACEMENT and s.n_vertices > 0:
+        out[:, :, out.shape[2] - 1] = s.mode
+    elif s.phase == PLACEMENT:
+        x[0], y[0], x[1], y[1] = s.first_x, s.first_y, s.second_x, s.second_y
+        for k in range(s.unfinished):
+            for g in range(r.order):
+                out[image_x(r, x, y, g, k) + r.half_x, image_y(r, x, y, g, k) + r.half_y, out.shape[2] - 1] = 1
     numbers = np.empty((n, 8), np.int32)
     number_images(r, x, y, n, numbers)
     for g in range(r.order):
@@ -237,7 +275,7 @@ def write_tensor(states: States, i: int, rules: States, out: Image) -> None:
             for k in range(n_chosen):
                 mark(r, x, y, g, v, 1 + numbers[chosen[k], g], 1, out)
                 mark(r, x, y, g, chosen[k], 1 + numbers[v, g], -1, out)
-            out[image_x(r, x, y, g, v) + r.half, image_y(r, x, y, g, v) + r.half, out.shape[2] - 1] = 1
+            out[image_x(r, x, y, g, v) + r.half_x, image_y(r, x, y, g, v) + r.half_y, out.shape[2] - 1] = 1
 
 
 @inlined
@@ -254,7 +292,7 @@ def image_y(r: Record, x: Slots, y: Slots, g: int, v: int) -> int:
 def mark(r: Record, x: Slots, y: Slots, g: int, v: int, k: int, value: int, out: Image) -> None:
     """Write to slice k at an image of vertex v, if there is such a slice; the last one is not for vertices."""
     if k < out.shape[2] - 1:
-        out[image_x(r, x, y, g, v) + r.half, image_y(r, x, y, g, v) + r.half, k] = value
+        out[image_x(r, x, y, g, v) + r.half_x, image_y(r, x, y, g, v) + r.half_y, k] = value
 
 
 @kernel

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import copy
 import math
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from origami_lab.errors import InputError
 from origami_lab.game.kernels import play
-from origami_lab.game.kernels.state import DEFAULT_VERTICES, States, rules_dtype, state_dtype
+from origami_lab.game.kernels.state import DEFAULT_VERTICES, ON_AXES, ON_BOUNDARY, States, rules_dtype, state_dtype
 from origami_lab.game.rule_settings import RuleSettings
 from origami_lab.game.start_patterns import Start
 from origami_lab.geometry.groups import GROUPS
@@ -31,8 +33,10 @@ class Rules:
 
     Attributes
     ----------
+    board
+        Points of the board along x and along y.
     half
-        Half-width of the board: coordinates run from −half to half.
+        Half of the board's sides: coordinates run from −half to half, x by the first and y by the second.
     points
         Points of the board.
     angles
@@ -57,16 +61,17 @@ class Rules:
     """
 
     def __init__(self, settings: RuleSettings, start: Start, collisions: bool) -> None:
-        board_size, count = settings.board_size, settings.driving_angle_count
-        self.board_size, self.half, self.points = board_size, (board_size - 1) // 2, board_size**2
+        width, height, count = settings.width, settings.height, settings.driving_angle_count
+        self.board, self.half, self.points = (width, height), ((width - 1) // 2, (height - 1) // 2), width * height
         self.symmetry, self.start = GROUPS[settings.symmetry], start
         self.stuck_is_penalised = settings.stuck == "penalise"
         self.fixed = settings.driving_angle_fixed is not None
         self.capacity = settings.capacity if settings.capacity is not None else DEFAULT_VERTICES
         self.start.check_symmetry(settings.symmetry)
         placements = self.start.placements(self.half)
-        self.n_actions = 3 * self.points + 5 + 2 * len(placements)
-        self.max_legal = max(2 * self.points + 5, 2 * len(placements))
+        on_boundary = settings.source_action == "boundary"
+        self.n_actions = 3 * self.points + 5 + 2 * len(placements) + 2 * on_boundary
+        self.max_legal = max(2 * self.points + 7, 2 * len(placements))
         self.dtype = state_dtype(self.capacity, count)
         self.record = self._record(settings, placements, collisions)
         fixed = settings.driving_angle_fixed
@@ -75,7 +80,8 @@ class Rules:
     def _record(self, settings: RuleSettings, placements: range, collisions: bool) -> States:
         record = np.zeros(1, dtype=rules_dtype(settings.driving_angle_count))
         rules, group = record[0], self.symmetry
-        rules["half"], rules["order"] = self.half, group.order
+        rules["half_x"], rules["half_y"] = self.half
+        rules["order"] = group.order
         rules["matrices"][: group.order] = group.matrices.reshape(-1, 4)
         rules["products"][: group.order, : group.order] = group.products
         rules["inverses"][: group.order] = group.inverses
@@ -85,10 +91,22 @@ class Rules:
         rules["start_mirror"], rules["end_mirror"] = group.start_mirror, group.end_mirror
         longest = settings.max_crease_length
         rules["max_length_sq"] = math.inf if longest is None else longest**2 + 1e-9
-        rules["sources"], rules["collisions"] = settings.source_action, collisions
+        sources = ON_BOUNDARY if settings.source_action == "boundary" else int(settings.source_action) * ON_AXES
+        rules["sources"], rules["collisions"] = sources, collisions
         rules["start"], rules["first_placement"] = self.start.kind, placements.start
         rules["n_placements"] = len(placements)
+        for name, value in self.start.fields(self.half, group).items():
+            rules[name] = value
+        if (corners := int(rules["n_corners"])) + 3 > self.capacity:
+            expected = f"must be larger: the start pattern has {corners} corners"
+            raise InputError("capacity", self.capacity, expected)
         return record
+
+    @cached_property
+    def playable_points(self) -> NDArray[np.bool_]:
+        """(points,) which points of the board are playable, row by row from the lower left."""
+        x, y = np.meshgrid(*(np.arange(-half, half + 1) for half in self.half))
+        return self.symmetry.playable(np.stack([x.ravel(), y.ravel()], axis=-1))
 
     def _set_angles(self, largest: float, count: int) -> None:
         self.angles = math.radians(largest) * np.arange(1, count + 1) / count
@@ -114,7 +132,7 @@ class Rules:
 
         With ``shortest_motion`` one driving angle is enough.
         """
-        rules = self.replaced(max_length_sq=math.inf, sources=1)
+        rules = self.replaced(max_length_sq=math.inf, sources=ON_BOUNDARY)
         return rules.replaced(min_reach=1) if shortest_motion else rules
 
     def legal(self, states: States, i: int = 0) -> Actions:

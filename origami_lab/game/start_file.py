@@ -16,11 +16,12 @@ from typing import Any, NoReturn
 
 from origami_lab.errors import InputError
 from origami_lab.files import expanded, regular_bytes
-from origami_lab.game.moves import Extend, Move, Place, Point, Source, Terminate, move_from_dict
+from origami_lab.game.moves import Extend, Lay, Move, Place, Point, Source, Terminate, move_from_dict
 
 PATTERNS = Path(__file__).parent / "patterns"
 """The package's own start patterns."""
 SQUARE_FIRST, CREASE_FIRST = "square", "crease"
+_FIRST = {"Square": SQUARE_FIRST, "Rectangle": SQUARE_FIRST, "Panel": SQUARE_FIRST, "Crease": CREASE_FIRST}
 _LARGEST = 16 * 2**20
 """Bytes: a design of thousands of moves is a few hundred kB."""
 _OWN = "must be the actions.json of a trial, its folder, or a start pattern's file"
@@ -114,7 +115,7 @@ def read_pattern(path: str | os.PathLike[str]) -> SavedPattern:
     if not isinstance(game, dict) or not isinstance(start, dict) or not isinstance(game.get("symmetry"), str):
         refuse("does not say which game it is from (game.symmetry, game.start)")
     name = str(start.get("_target_", "")).rpartition(".")[2]
-    first = {"Square": SQUARE_FIRST, "Crease": CREASE_FIRST, "FromMoves": start.get("first")}.get(name)
+    first = {**_FIRST, "FromMoves": start.get("first")}.get(name)
     if first not in (SQUARE_FIRST, CREASE_FIRST):
         refuse(f"begins with a start pattern that is not ours, {start.get('_target_')}")
     moves, actions = saved.get("moves"), saved.get("actions")
@@ -141,7 +142,7 @@ def checked_moves(moves: object) -> tuple[Move, ...]:
     found: list[Move] = []
     for number, move in enumerate(moves):
         made = move_from_dict(move) if isinstance(move, Mapping) else move
-        if not _is_sound(made) or isinstance(made, Place) != (number == 0):
+        if not _is_sound(made) or isinstance(made, Place | Lay) != (number == 0):
             raise InputError("start.moves", move, f"move {number} must be {_WANTED[number > 0]}")
         found.append(made)
     if isinstance(found[-1], Terminate):
@@ -166,10 +167,14 @@ def _is_sound(move: object) -> bool:
     match move:
         case Place(value, sign):
             return type(value) is int and sign in (-1, 1)
+        case Lay(corners, signs, sign):
+            points = isinstance(corners, tuple) and len(corners) >= 2 and all(_is_point(point) for point in corners)
+            whole = isinstance(signs, tuple) and all(type(side) is int and abs(side) <= 1 for side in signs)
+            return points and whole and len(signs) == len(corners) and sign in (-1, 1)
         case Extend(leaf, mode, a, b, c):
             return mode in (-1, 1) and all(_is_point(point) for point in (leaf, a, b, c))
         case Source(leaf, end, sign):
-            return _is_point(leaf) and end in ("start", "end") and sign in (-1, 1)
+            return _is_point(leaf) and end in ("start", "end", "next") and sign in (-1, 1)
     return isinstance(move, Terminate)
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from origami_lab.errors import InputError
 from origami_lab.game.game import Game
-from origami_lab.game.moves import Move, Place, Point, move_to_dict
+from origami_lab.game.moves import Lay, Move, Place, Point, move_to_dict
 from origami_lab.game.start_file import (
     CREASE_FIRST,
     SQUARE_FIRST,
@@ -23,8 +23,8 @@ from origami_lab.game.start_file import (
     checked_points,
     read_pattern,
 )
-from origami_lab.game.start_patterns import CHOOSE, Crease, Square
-from origami_lab.geometry.groups import GROUPS
+from origami_lab.game.start_patterns import CHOOSE, LOWER, UPPER, Crease, Panel, Square, Start
+from origami_lab.geometry.groups import GROUPS, SymmetryGroup
 
 
 @dataclass(frozen=True)
@@ -68,8 +68,10 @@ class FromMoves:
         return "start.moves", f"{len(self.moves)} moves"
 
     @cached_property
-    def _placed(self) -> Square | Crease:
+    def _placed(self) -> Start:
         placement = self.moves[0]
+        if isinstance(placement, Lay):
+            return laid_start(placement)
         assert isinstance(placement, Place)
         return Square(placement.value) if self.first == SQUARE_FIRST else Crease(placement.value)
 
@@ -77,14 +79,18 @@ class FromMoves:
     def kind(self) -> int:
         return self._placed.kind
 
-    def placements(self, half: int) -> range:
+    def placements(self, half: tuple[int, int]) -> range:
         try:
             return self._placed.placements(half)
         except InputError as error:
             field, value = self.label
+            what = "pattern" if isinstance(self.moves[0], Lay) else self.first
             raise InputError(
-                field, value, f"the {self.first} at {error.value} that it begins with {error.expected}"
+                field, value, f"the {what} at {error.value} that it begins with {error.expected}"
             ) from None
+
+    def fields(self, half: tuple[int, int], group: SymmetryGroup) -> Mapping[str, Any]:
+        return self._placed.fields(half, group)
 
     def check_symmetry(self, symmetry: str) -> None:
         if self.symmetry is not None and symmetry != self.symmetry:
@@ -127,6 +133,14 @@ class FromFile(FromMoves):
         return "start.path", self.path
 
 
+def laid_start(move: Lay) -> Start:
+    """The start pattern that is laid by a move and by no other."""
+    if len(move.corners) > 2:
+        return Panel(move.corners, move.signs)
+    # the panel on the left of the way from the first end to the second stays
+    return Crease(ends=(move.corners[0], move.corners[1]), stays=UPPER if move.corners[0] < move.corners[1] else LOWER)
+
+
 def saved_start(settings: Mapping[str, Any], game: Game) -> dict[str, Any]:
     """The setting ``start`` as it goes into a trial's actions.json, which is to be whole without any other file."""
     if not game.start_moves:
@@ -146,7 +160,9 @@ def _moves_of_actions(path: str | os.PathLike[str], saved: SavedPattern) -> list
         start = Square(placed) if saved.first == SQUARE_FIRST else Crease(placed)
         if saved.game["start"].get("moves"):
             raise ValueError("it has a start pattern of moves, so it must have moves")
-        return Game(saved.game["board_size"], saved.symmetry, start).moves(saved.actions)
+        width, height = (saved.game.get(name) for name in ("board_width", "board_height"))
+        game = Game(saved.game["board_size"], saved.symmetry, start, board_width=width, board_height=height)
+        return game.moves(saved.actions)
     except KeyError as error:
         raise InputError("start.path", path, f"has actions, so it must have {error} in game, too") from None
     except (ValueError, TypeError) as error:

@@ -18,7 +18,7 @@ from origami_lab.game.kernels.state import FULL, NOT_FOLDABLE, States
 from origami_lab.game.kernels.undo import note_dtype
 from origami_lab.game.move_codec import encode
 from origami_lab.game.move_table import ACTIONS, EXTEND, lay_rest, table_of
-from origami_lab.game.moves import Extend, Move, Place, Point, Source
+from origami_lab.game.moves import Extend, Move, Point, Source
 from origami_lab.game.rules import Rules
 from origami_lab.geometry.groups import SymmetryGroup
 
@@ -60,10 +60,12 @@ def lay(rules: Rules, moves: Sequence[Move], *, shortest_motion: bool = False) -
     """
     states, exempt = empty_board(rules), rules.for_start_pattern(shortest_motion=shortest_motion)
     field, value = rules.start.label
-    needed = max((_reach_of(move) for move in moves), default=0)
-    if needed > rules.half:
-        expected = f"must be at least {2 * needed + 1} for the start pattern of {field}={value}"
-        raise InputError("board.size", rules.board_size, expected)
+    wide, high = (max(needs) for needs in zip((0, 0), *map(_reach_of, moves), strict=True))
+    square = rules.board[0] == rules.board[1]
+    sides = (("board.size", max(wide, high)),) if square else (("board.width", wide), ("board.height", high))
+    for (key, needed), side, half in zip(sides, rules.board, rules.half, strict=False):
+        if needed > half:
+            raise InputError(key, side, f"must be at least {2 * needed + 1} for the start pattern of {field}={value}")
     for number, move in enumerate(moves):
         try:
             play_move(exempt, move, states)
@@ -158,13 +160,12 @@ def _removable(group: SymmetryGroup, moves: Sequence[Move], point: Point) -> str
     return f"must be an extended vertex: {named}{more}{images_too}"
 
 
-def _reach_of(move: Move) -> int:
-    """Half-width of the smallest board that a move needs."""
-    if isinstance(move, Place):
-        return abs(move.value) + 1
+def _reach_of(move: Move) -> tuple[int, int]:
+    """Half of the sides of the smallest board that a move needs."""
     if isinstance(move, Extend):
-        return max(*(abs(t) for point in (move.a, move.b, move.c) for t in point), *(abs(t) + 1 for t in move.leaf))
-    return 0
+        x, y = (max(*(abs(point[j]) for point in (move.a, move.b, move.c)), abs(move.leaf[j]) + 1) for j in range(2))
+        return x, y
+    return 0, 0  # where a start pattern may be placed is said before
 
 
 def _spoken(move: Move) -> str:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.game.game import Game
-from origami_lab.game.kernels.state import Record, States, code_x, code_y
+from origami_lab.game.kernels.state import Record, States, board_points, code_x, code_y
 from origami_lab.jit import inlined, kernel
 from origami_lab.objectives.objective import NO_SCORE, Memos, Score, checked_number
 from origami_lab.objectives.shape_kernels import distance_from_centre
@@ -110,7 +110,7 @@ def count_vertices(s: Record, r: Record) -> int:
 @inlined
 def board_points_beside(r: Record, count: int) -> int:
     """Points of the board besides ``count`` of them: at least as many as further vertices can be placed."""
-    return (2 * int(r.half) + 1) ** 2 - count
+    return int(board_points(r)) - count
 
 
 @kernel

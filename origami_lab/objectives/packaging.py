@@ -5,7 +5,7 @@
 in 1/board cell, above 0. A sheet is packed well if it is large and yet stays near its middle.
 
 Folding changes no area, and the sheet never outgrows the board; the radius is at least half of any extent of the
-vertices, which only grows. Hence the bound (N − 1)² / (largest extent/2)³ on an N×N board, extents taken along the
+vertices, which only grows. Hence the bound (w − 1)(h − 1) / (largest extent/2)³ on a w×h board, extents taken along the
 axes and the board's diagonals.
 """
 
@@ -101,7 +101,7 @@ def best_packaging(
             if has_image(r, s.images[t], g):
                 total += areas[t]
     if bound:
-        total = float(4 * r.half * r.half)
+        total = float(4 * r.half_x * r.half_y)
     corner, low, high = np.empty((3, 3)), np.empty(5), np.empty(5)
     for k in range(r.min_reach - 1, s.reach):
         penalty = sticks_out(s, k, numbers[0])

@@ -21,9 +21,12 @@ Array = NDArray[np.float64]
 
 
 def memo_dtype(angles: int) -> np.dtype[np.void]:
-    """Notes for one state: how many vertices were measured; at each driving angle d→ and the compactness penalty."""
+    """Notes for one state: how many vertices were measured; at each driving angle d→ and the compactness penalty.
+
+    Records, so that plain Python reads their fields as the kernels do.
+    """
     fields: list[Any] = [("measured", np.int64), ("stray", np.float64, (angles,)), ("penalty", np.float64, (angles,))]
-    return np.dtype(fields, align=True)
+    return np.dtype((np.record, np.dtype(fields, align=True)))
 
 
 class Surface(NamedTuple):

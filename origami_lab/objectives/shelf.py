@@ -2,7 +2,7 @@
 
 The folded triangles are grouped into sets of parallel ones, those into levels: f is the area of a set's smallest
 level, the best set of at least three levels counts; without one f = 0. In square board cells, a multiple of ½, from 0
-to (N − 1)²/3 on an N×N board.
+to (w − 1)(h − 1)/3 on a w×h board.
 
 Parallel are triangles with |cos| > 0.99999 between their normals, and those that others connect. A level ends where
 the next triangle's plane is 0.5 board cells further from the origin, or more. (A smallest triangle, as slivers may
@@ -184,7 +184,7 @@ def best_shelf(states: States, i: int, rules: States, numbers: Array, bound: boo
                 n_all += 1
                 total += areas[t]
     if bound:
-        total = float(4 * r.half * r.half)
+        total = float(4 * r.half_x * r.half_y)
     for k in range(r.min_reach - 1, s.reach):
         penalty = sticks_out(s, k, numbers[0])
         least = best + penalty

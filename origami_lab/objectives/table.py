@@ -8,9 +8,9 @@ four. (The table stands on its head: the start square is its top.)
 Of the vertices that are there, those below the four highest stay below them, and the i-th highest only gets higher.
 Hence the bound
 
-    −¼ Σ max(0, z − 2.5) over the four highest − Σ |z| over the others / (N² − 4)
+    −¼ Σ max(0, z − 2.5) over the four highest − Σ |z| over the others / (wh − 4)
 
-on an N×N board, which has no room for more than N² vertices.
+on a w×h board, which has no room for more than wh vertices.
 """
 
 from __future__ import annotations

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from origami_lab.errors import InputError
 from origami_lab.game.game import Game
-from origami_lab.game.kernels.play import replay_unchecked
-from origami_lab.game.kernels.state import States, rules_dtype, state_dtype
+from origami_lab.game.kernels.state import ON_BOUNDARY, PANEL, States, rules_dtype, state_dtype
 from origami_lab.game.kernels.undo import note_dtype
 from origami_lab.game.move_table import ACTIONS, EXTEND, MOVE, PLACE, Moves, Points, read_moves
+from origami_lab.game.moves import Lay, Move
 from origami_lab.game.start_laying import empty_board
 
 ANGLES = 10
@@ -129,7 +129,7 @@ def fine_board(game: Game, actions: Sequence[int], finer: int) -> FineBoard:
     """
     if isinstance(finer, bool) or not isinstance(finer, int) or not 1 <= finer <= LARGEST_FINER:
         raise InputError("finer", finer, f"must be a whole number from 1 to {LARGEST_FINER}: the parts of a cell")
-    finer = min(finer, MOST_PARTS // game.rules.half)
+    finer = min(finer, MOST_PARTS // max(game.rules.half))
     states = game.replay(actions)
     if int(states["n_extensions"][0]) == 0:
         raise InputError("design", "the start pattern alone", "must have an extension: there is nothing to move")
@@ -139,9 +139,7 @@ def fine_board(game: Game, actions: Sequence[int], finer: int) -> FineBoard:
     moves = moves[:count].copy()
     assert moves["kind"][0] == PLACE
     moves["option"][0] = 0  # a fine board's start pattern is where its corners are
-    placed = empty_board(game.rules)
-    replay_unchecked(placed, 0, game.rules.record, states["actions"][0][:1])
-    corners = int(placed["n_vertices"][0])
+    corners = game.corners
     layout = Layout(
         moves=moves,
         counts=_counts(moves, corners),
@@ -149,7 +147,7 @@ def fine_board(game: Game, actions: Sequence[int], finer: int) -> FineBoard:
         corners=corners,
         exempt=len(game.start_moves),
     )
-    return FineBoard(game, finer, layout, points * np.int32(finer), _fine_rules(game, finer))
+    return FineBoard(game, finer, layout, points * np.int32(finer), _fine_rules(game, finer, game.moves(actions)[0]))
 
 
 def _counts(moves: Moves, corners: int) -> NDArray[np.int64]:
@@ -162,16 +160,23 @@ def _counts(moves: Moves, corners: int) -> NDArray[np.int64]:
     return counts
 
 
-def _fine_rules(game: Game, finer: int) -> States:
+def _fine_rules(game: Game, finer: int, placement: Move) -> States:
     rules = np.zeros(4, dtype=rules_dtype(ANGLES))
     own = game.rules.record[0]
-    scaled = ("half", "max_length_sq", "first_placement", "n_placements", "angles", "min_reach")
+    scaled = ("half_x", "half_y", "max_length_sq", "first_placement", "n_placements", "angles", "min_reach")
     for name in rules.dtype.names or ():
         if name not in scaled:
             rules[name] = own[name]
-    rules["half"] = game.rules.half * finer
+    rules["half_x"], rules["half_y"] = (half * finer for half in game.rules.half)
+    if isinstance(placement, Lay):  # whatever it was chosen from, here it is given
+        count = len(placement.corners)
+        rules["start"], rules["picks"], rules["n_corners"] = PANEL, 0, count
+        rules["n_driven"] = np.count_nonzero(placement.signs)
+        rules["corners"][:, :count] = np.array(placement.corners) * finer
+        rules["sides"][:, :count] = placement.signs
     rules["min_reach"] = ANGLES
     rules["max_length_sq"] = (float(own["max_length_sq"]) - 1e-9) * finer**2 + 1e-9
-    rules["max_length_sq"][[EXEMPT, EXEMPT_STRICT]], rules["sources"][[EXEMPT, EXEMPT_STRICT]] = math.inf, 1
+    exempt = [EXEMPT, EXEMPT_STRICT]
+    rules["max_length_sq"][exempt], rules["sources"][exempt] = math.inf, ON_BOUNDARY
     rules["collisions"][[LOOSE, EXEMPT]] = 0
     return rules

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.game.kernels.start_placement import place_start
-from origami_lab.game.kernels.state import SQUARE, Record, States, axis_of, clear, is_playable
+from origami_lab.game.kernels.state import PANEL, SQUARE, Record, States, axis_of, clear, is_playable
 from origami_lab.game.kernels.undo import Notes
 from origami_lab.game.move_table import Points, lay_move
 from origami_lab.jit import inlined, kernel
@@ -16,19 +16,25 @@ from origami_lab.polish.finer_board import ANGLES, EXEMPT, EXEMPT_STRICT, LOOSE,
 @inlined
 def place_is_free(r: Record, x: int, y: int, axis: int) -> bool:
     """Whether a point is on the board, in the fundamental domain, and on the mirror axis it has to be on."""
-    return abs(x) <= r.half and abs(y) <= r.half and is_playable(r, x, y) and axis_of(r, x, y) == axis
+    return abs(x) <= r.half_x and abs(y) <= r.half_y and is_playable(r, x, y) and axis_of(r, x, y) == axis
 
 
 @kernel
 def lay_start(s: Record, r: Record, layout: Layout, points: Points) -> bool:
     """Lay the start pattern with its corners at their points; returns whether it is one.
 
-    A square keeps its corners on the diagonals, a crease its ends on a line along x.
+    A square keeps its corners on the diagonals, a crease its ends on a line along x; those of any other stay.
     """
     clear(s)
+    if r.start == PANEL:
+        place_start(s, r, 0, layout.moves[0].sign)
+        for v in range(layout.corners):
+            if s.xy[v, 0] != points[v, 0] or s.xy[v, 1] != points[v, 1]:
+                return False
+        return True
     if r.start == SQUARE:
         size = abs(points[0, 0])
-        if size < 1 or size >= r.half:
+        if size < 1 or size >= min(r.half_x, r.half_y):
             return False
         place_start(s, r, size, layout.moves[0].sign)
         for v in range(layout.corners):
@@ -36,12 +42,12 @@ def lay_start(s: Record, r: Record, layout: Layout, points: Points) -> bool:
                 return False
         return True
     height = points[0, 1]
-    if abs(height) >= r.half:
+    if abs(height) >= r.half_y:
         return False
     place_start(s, r, height, layout.moves[0].sign)
     for v in range(layout.corners):
         # the game's crease ends at x = −1 and 1; which end a corner is stays
-        if points[v, 0] * s.xy[v, 0] <= 0 or points[v, 1] != height or abs(points[v, 0]) > r.half:
+        if points[v, 0] * s.xy[v, 0] <= 0 or points[v, 1] != height or abs(points[v, 0]) > r.half_x:
             return False
         s.xy[v, 0] = points[v, 0]
         for k in range(s.position.shape[1]):

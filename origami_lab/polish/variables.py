@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from origami_lab.game.kernels.state import SQUARE
+from origami_lab.game.kernels.state import CREASE, SQUARE
 from origami_lab.game.start_patterns import CHOOSE, Crease, Square
 from origami_lab.polish.finer_board import FineBoard
 
@@ -37,19 +37,21 @@ class Variables(NamedTuple):
 def variables_of(board: FineBoard) -> Variables:
     """All that may move in a design.
 
-    A vertex on a mirror axis moves along it, one where axes meet stays. The corners of a start square move together,
-    on the diagonals; a start crease moves as a whole along y, and its ends along x. What the game's settings fix to a
-    number stays: ``start.size``, ``start.position``, ``driving_angle.fixed``.
+    A vertex on a mirror axis moves along it, one where axes meet stays. The corners of a start square about the centre
+    move together, on the diagonals; a start crease along x moves as a whole along y, and its ends along x. The corners
+    of other start patterns stay, and what the game's settings fix to a number: ``start.size``, ``start.position``,
+    ``driving_angle.fixed``.
     """
     rows: list[tuple[list[tuple[int, int, int]], bool]] = []
     game, layout = board.game, board.layout
     corners = range(layout.corners)
     fixed = isinstance(game.start, Square | Crease) and _number(game.start) is not None
-    if game.start.kind == SQUARE:
+    kind = int(board.rules["start"][0])
+    if kind == SQUARE:
         if not fixed:
             signs = np.sign(board.points)
             rows.append(([(v, int(signs[v, 0]), int(signs[v, 1])) for v in corners], False))
-    else:
+    elif kind == CREASE:
         if not fixed:
             rows.append(([(v, 0, 1) for v in corners], False))
         rows += [([(v, 1, 0)], False) for v in corners]

@@ -10,13 +10,15 @@ import statistics
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from types import NoneType
+from types import MappingProxyType, NoneType
 from typing import Any, get_args, get_type_hints
 
-from origami_lab.files import LARGEST_TABLE, regular_bytes
+from origami_lab.files import LARGEST_TABLE, read_json, regular_bytes
 
 VERDICTS = CERTIFIED, REFUTED, UNDECIDED = "certified", "refuted", "not certifiable"
 """Verdicts of certificates; those of :mod:`origami_lab.verification.certificate`."""
+NOT_CHECKED = "not checked"
+"""Stands in the column ``certificate`` for a design that nothing has verified."""
 STATUSES = OK, NO_DESIGN, STOPPED, FAILED = "ok", "no design", "stopped", "failed"
 """First words of a row's status; a failed trial's goes on with a colon and the reason."""
 TIME_LIMIT = "time limit"
@@ -106,9 +108,9 @@ class TrialRow:
         found = {column: getattr(self, name) for column, name in _FIELDS.items()}
         return {column: value for column, value in found.items() if value is not None} if self.has_failed else found
 
-    def write(self, file: Path) -> None:
-        """Write the row as a trial's result.json."""
-        file.write_text(json.dumps(self.values(), indent=2) + "\n", encoding="utf-8")
+    def write(self, file: Path, beside: Mapping[str, Any] = MappingProxyType({})) -> None:
+        """Write the row as a trial's result.json, with what it says beside the row."""
+        file.write_text(json.dumps({**self.values(), **beside}, indent=2) + "\n", encoding="utf-8")
 
     def __getitem__(self, column: str) -> Any:
         """The value of a column whose name is only known as text."""
@@ -212,12 +214,20 @@ def counts(rows: Iterable[TrialRow]) -> dict[str, int]:
 
 
 def certificates(rows: Iterable[TrialRow]) -> dict[str, list[int]]:
-    """Verdict → the seeds whose best design has it. Older trials, and those of ``files=designs``, have none."""
+    """Verdict, or NOT_CHECKED → the seeds whose best design has it; trials of before there were any have none."""
     found: dict[str, list[int]] = {}
     for row in sorted(rows, key=lambda row: row.seed):
         if row.certificate:
             found.setdefault(row.certificate, []).append(row.seed)
     return found
+
+
+def beside_row(result: Path) -> dict[str, Any]:
+    """What a trial's result.json says beside its row; nothing if it cannot be read."""
+    try:
+        return {key: value for key, value in read_json(result).items() if key not in KINDS}
+    except (OSError, ValueError, AttributeError):
+        return {}
 
 
 def format_trials(rows: Iterable[TrialRow]) -> str:

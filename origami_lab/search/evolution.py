@@ -161,9 +161,7 @@ def value_slots(game: Game) -> NDArray[np.int32]:
 
     The mode is that of the leaf being extended; only the values of locations depend on it. −1: never legal.
     """
-    n, line = game.rules.points, np.arange(-game.rules.half, game.rules.half + 1)
-    x, y = np.meshgrid(line, line)
-    playable = game.symmetry.playable(np.stack([x.ravel(), y.ravel()], axis=-1))
+    n, playable = game.rules.points, game.rules.playable_points
     d = int(playable.sum())
     of_point = np.where(playable, np.cumsum(playable) - 1, -1)
     slots = np.full((2, game.rules.n_actions), -1, dtype=np.int32)

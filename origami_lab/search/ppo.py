@@ -36,7 +36,7 @@ class ProximalPolicyOptimization:
     observation
         ``compact`` or ``tensor`` (:mod:`origami_lab.game.observation`).
     vertices
-        Cap on the vertex axis of the tensor, at most N²; None for the paper's N².
+        Cap on the vertex axis of the tensor, at most the points of the board; None for all of them, the paper's.
     layers
         Widths of the hidden layers, of the policy and of the value function each.
     batch

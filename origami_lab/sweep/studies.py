@@ -33,8 +33,10 @@ from origami_lab.sweep.trial_queue import HeldTrial, Slot, TrialQueue
 from origami_lab.sweep.worker_identity import Worker
 from origami_lab.text import nearest
 
-OF_A_TRIAL = ("tracking=none", "files=designs", "workers=1", "verbosity=quiet", "resume=true")
-"""Settings of every trial's run: quick, and resumed where its folder is there already."""
+QUICK = "files=designs"
+"""Setting of every trial's run whose task does not say which files it leaves."""
+OF_A_TRIAL = ("tracking=none", "workers=1", "verbosity=quiet", "resume=true")
+"""Settings of every trial's run: resumed where its folder is there already."""
 POINT, RETURNS = "point", "returns"
 """Attributes of a trial: its parameters and values, and the return of each of its seeds."""
 
@@ -84,7 +86,7 @@ class Job(ABC):
         """The settings of a trial's run, without its folder. Composing takes a tenth of a second: not done twice."""
         if overrides != self._composed[0]:
             seeds = str(format_seeds(self.seeds)).replace(" ", "")
-            composed = self.declaration.compose([*overrides, f"seed={seeds}", *OF_A_TRIAL])
+            composed = self.declaration.compose([QUICK, *overrides, f"seed={seeds}", *OF_A_TRIAL])
             self._composed = (list(overrides), like_begun(composed, self._begun))
         settings = self._composed[1]
         assert settings is not None

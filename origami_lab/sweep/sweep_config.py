@@ -97,7 +97,7 @@ class Declaration:
     """A sweep as declared: the keys of its file."""
 
     study: Annotated[str, Word()]
-    task: Annotated[tuple[str, ...], Overrides()]
+    task: Annotated[tuple[str, ...], Overrides("files")]
     """Overrides, as on the command line."""
     searcher: Annotated[str, Word()]
     budget: Annotated[int, Whole(1, 10**12)] = 100_000

@@ -26,6 +26,8 @@ def mesh(
     max_faces: int = 200_000,
     name: str | None = None,
     up: Literal["auto", "y", "z"] | None = "auto",
+    board_width: int | None = None,
+    board_height: int | None = None,
 ) -> Target:
     """A target from a mesh file: see :func:`origami_lab.targets.mesh_target.load_mesh` for all parameters.
 
@@ -35,7 +37,7 @@ def mesh(
         If the file or a setting is unusable; one line that says why.
     """
     vertices, faces, is_closed, units, uncertainty = load_mesh(
-        path, scale, rotate, translate, fit, align_z, closed, board_size, max_faces, up
+        path, scale, rotate, translate, fit, align_z, closed, board_size, max_faces, up, board_width, board_height
     )
     title = Path(path).stem if name is None else name
     return Target(title, vertices, faces, is_closed, units, uncertainty=uncertainty)
@@ -60,6 +62,8 @@ def load_mesh(
     board_size: int = 25,
     max_faces: int = 200_000,
     up: str | None = "auto",
+    board_width: int | None = None,
+    board_height: int | None = None,
 ) -> tuple[Array, Indices, bool, float, float]:
     """Read a mesh and place it; the steps are done in the order up, rotate, fit, scale, translate, align_z.
 
@@ -77,9 +81,9 @@ def load_mesh(
         Board units along x, y, z.
     fit
         ``"board"``: the bounding box is centred over the origin with its lowest point at z = 0 and scaled
-        uniformly until half its longer side in x and y plus its height is 0.8 of the board's half-width,
-        (N−1)/2. No point gets further from the middle of the sheet by folding, and walls use up paper: so a
-        flat shape gets 0.8 of the board, a tall one less. (The paper's bowl and cube have 0.79 and 0.75.)
+        uniformly until half its side in x or y plus its height is 0.8 of half the board's side there, (N−1)/2, and
+        the other is no more. No point gets further from the middle of the sheet by folding, and walls use up paper: so
+        a flat shape gets 0.8 of the board, a tall one less. (The paper's bowl and cube have 0.79 and 0.75.)
     align_z
         ``True`` moves the mesh along z until its highest point on the z axis is at z = 0, as the paper does
         for its face; ``(x, y)`` does so above that point of the board.
@@ -94,6 +98,8 @@ def load_mesh(
         looks along y. ``"auto"``: y for glTF, whose standard says so, z for all others. ``None``: the file is taken
         as version 0.1.0 took it, which turned nothing, fanned polygons and asked for symmetry to the last bit; so that
         runs which do not say what is up keep their target.
+    board_width, board_height
+        Points of the board along x and along y; None for N.
 
     Returns
     -------
@@ -123,6 +129,7 @@ def load_mesh(
     if up not in ("auto", "y", "z", None):
         raise InputError("target.up", up, "must be auto, y or z")
     place = alignment_point(align_z)
+    board = [board_size if side is None else side for side in (board_width, board_height)]
 
     vertices, faces, precision = read_mesh(Path(path), max_faces, as_first=up is None)
     if (axis_up(path) if up == "auto" else up) == "y":
@@ -133,7 +140,7 @@ def load_mesh(
     vertices = vertices @ _rotation(angles).T
     cells_per_unit = float(scale)
     if fit == "board":
-        vertices, factor = _fit(vertices, FIT_SHARE * 0.5 * (board_size - 1))
+        vertices, factor = _fit(vertices, *(FIT_SHARE * 0.5 * (side - 1) for side in board))
         cells_per_unit *= factor
     vertices = vertices * scale + shift
     if place is not None:
@@ -141,12 +148,13 @@ def load_mesh(
 
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     size = float((high - low).max())
-    limit = 2.0 * (board_size - 1)  # no sheet on the board covers more
+    longer = max(board) - 1
+    limit = 2.0 * longer  # no sheet on the board covers more
     if not 0.1 <= size <= limit:
         raise InputError(
             "target.scale",
             scale,
-            f"makes the mesh {size:.3g} cells large on a board of {board_size - 1}: must be 0.1 to {limit:g}"
+            f"makes the mesh {size:.3g} cells large on a board of {longer}: must be 0.1 to {limit:g}"
             " (target.fit=board chooses a scale)",
         )
     away = float(np.maximum(np.maximum(low, -high), 0.0).max())
@@ -228,12 +236,16 @@ def _rotation(degrees: Array) -> Array:
     return result
 
 
-def _fit(vertices: Array, reach: float) -> tuple[Array, float]:
-    """Centred over the origin, standing on z = 0, half the xy extent plus the height scaled to ``reach``; by what."""
+def _fit(vertices: Array, reach_x: float, reach_y: float) -> tuple[Array, float]:
+    """Centred over the origin, standing on z = 0, scaled so that it can be folded; by what.
+
+    Half its extent in x plus its height is at most ``reach_x``, half that in y plus its height ``reach_y``, and one of
+    them is equal.
+    """
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     width, depth, height = high - low
     base = np.array([0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), low[2]])
-    factor = float(reach / (0.5 * max(width, depth) + height))
+    factor = float(min(reach_x / (0.5 * width + height), reach_y / (0.5 * depth + height)))
     return (vertices - base) * factor, factor
 
 

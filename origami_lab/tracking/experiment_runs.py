@@ -38,7 +38,17 @@ from origami_lab.files import is_regular
 from origami_lab.runs.locks import held, locked
 from origami_lab.runs.multirun_folder import membership
 from origami_lab.runs.run_folder import RunFolder, read_note, read_summary, write_note
-from origami_lab.runs.trial_row import STATUSES, STOPPED, VERDICTS, TrialRow, best_row, certificates, counts, spreads
+from origami_lab.runs.trial_row import (
+    NOT_CHECKED,
+    STATUSES,
+    STOPPED,
+    VERDICTS,
+    TrialRow,
+    best_row,
+    certificates,
+    counts,
+    spreads,
+)
 from origami_lab.tracking.mlflow_log import CONTENT, PARENT, Logged, MlflowLog, digest, metrics_of
 from origami_lab.tracking.store import RefusedError, absolute_uri
 
@@ -212,7 +222,8 @@ class ExperimentRuns(MlflowLog):
         for name in STATUSES:
             figures[f"trials_{name.replace(' ', '_')}"] = ended.get(name, 0)
         if found := certificates(rows.values()):
-            figures |= {f"designs_{verdict.replace(' ', '_')}": len(found.get(verdict, [])) for verdict in VERDICTS}
+            said = (*VERDICTS, NOT_CHECKED)
+            figures |= {f"designs_{verdict.replace(' ', '_')}": len(found.get(verdict, [])) for verdict in said}
         best = best_row(rows.values())
         if best is not None:
             figures |= {"best_return": best.return_, "best_seed": best.seed}

@@ -69,6 +69,8 @@ def test_every_option_becomes_objects(group: str, option: str, mesh: Path) -> No
         overrides.append("symmetry=y")
     if option == "chair":
         overrides.append("board=13x13")
+    if option == "panel":
+        overrides.append("start.corners=[[2,0],[0,2],[-2,0],[0,-2]]")
     if option == "ppo":
         pytest.importorskip("sb3_contrib", reason="needs the extra ppo")
     if (group, option) == ("start", "file"):
@@ -107,7 +109,7 @@ def test_a_start_pattern_is_found_from_another_folder(mesh: Path, monkeypatch: p
 
 def test_the_face_brings_its_row() -> None:
     found = settings("target=face")
-    assert dict(found.start) == {"_target_": "origami_lab.game.Crease", "position": 0}
+    assert dict(found.start) == {"_target_": CREASE, "position": 0, **UPPER}
     assert (found.game.board_size, found.game.symmetry, found.game.max_crease_length) == (25, "y", 2.9)
     assert found.game.source_action is True
     assert dict(settings("target=face", "start=square").start)["size"] == "choose"
@@ -137,13 +139,14 @@ def test_a_target_brings_its_row(target: str, mesh: Path) -> None:
     assert (found.task, found.method, found.budget) == (task, "lns", 500_000)
 
 
-SQUARE, SEEDING = "origami_lab.game.Square", "origami_lab.game.FromFile"
+SQUARE, SEEDING, CREASE = (f"origami_lab.game.{name}" for name in ("Square", "FromFile", "Crease"))
+UPPER = {"ends": None, "stays": "upper"}
 OBJECTIVE_ROWS: dict[str, tuple[int, dict[str, Any], str, Any]] = {
-    "bucket": (13, {"_target_": SQUARE, "size": "choose"}, "xyd", None),
-    "shelf": (13, {"_target_": SQUARE, "size": "choose"}, "xy", None),
-    "table": (13, {"_target_": SQUARE, "size": "choose"}, "xyd", None),
+    "bucket": (13, {"_target_": SQUARE, "size": "choose", "position": None}, "xyd", None),
+    "shelf": (13, {"_target_": SQUARE, "size": "choose", "position": None}, "xy", None),
+    "table": (13, {"_target_": SQUARE, "size": "choose", "position": None}, "xyd", None),
     "chair": (13, {"_target_": SEEDING, "path": "chair", "remove": []}, "y", "start"),
-    "packaging": (13, {"_target_": SQUARE, "size": 2}, "xyd", None),
+    "packaging": (13, {"_target_": SQUARE, "size": 2, "position": None}, "xyd", None),
 }
 
 
@@ -163,17 +166,18 @@ def test_an_objective_without_a_target_brings_its_row(objective: str) -> None:
 
 # the paper: settings, sections 4.2 and 4.3, appendix G (task, board, start, symmetry, crease length, sources)
 PAPER: dict[str, tuple[str, int, dict[str, Any], str, float | None, bool]] = {
-    "pyramid": ("pyramid", 9, {"_target_": SQUARE, "size": 1}, "xy", None, True),
-    "cube": ("cube", 9, {"_target_": SQUARE, "size": 1}, "xy", 2, True),
-    "bowl": ("bowl", 25, {"_target_": SQUARE, "size": "choose"}, "xyd", 2.9, True),
-    "face": ("face", 25, {"_target_": "origami_lab.game.Crease", "position": 0}, "y", 2.9, True),
-    "bucket": ("bucket", 13, {"_target_": SQUARE, "size": "choose"}, "xyd", None, False),
-    "shelf": ("shelf", 13, {"_target_": SQUARE, "size": "choose"}, "xy", None, False),
-    "table": ("table", 13, {"_target_": SQUARE, "size": "choose"}, "xyd", None, False),
+    "pyramid": ("pyramid", 9, {"_target_": SQUARE, "size": 1, "position": None}, "xy", None, True),
+    "cube": ("cube", 9, {"_target_": SQUARE, "size": 1, "position": None}, "xy", 2, True),
+    "bowl": ("bowl", 25, {"_target_": SQUARE, "size": "choose", "position": None}, "xyd", 2.9, True),
+    # the panel that stays is the lower one in the paper's program
+    "face": ("face", 25, {"_target_": CREASE, "position": 0, **UPPER, "stays": "lower"}, "y", 2.9, True),
+    "bucket": ("bucket", 13, {"_target_": SQUARE, "size": "choose", "position": None}, "xyd", None, False),
+    "shelf": ("shelf", 13, {"_target_": SQUARE, "size": "choose", "position": None}, "xy", None, False),
+    "table": ("table", 13, {"_target_": SQUARE, "size": "choose", "position": None}, "xyd", None, False),
     "chair": ("chair", 13, {"_target_": SEEDING, "path": "chair", "remove": []}, "y", None, False),
-    "bucket_xy": ("bucket", 13, {"_target_": SQUARE, "size": "choose"}, "xy", None, False),
-    "shelf_y": ("shelf", 9, {"_target_": SQUARE, "size": "choose"}, "y", None, False),
-    "table_xy": ("table", 13, {"_target_": SQUARE, "size": "choose"}, "xy", None, False),
+    "bucket_xy": ("bucket", 13, {"_target_": SQUARE, "size": "choose", "position": None}, "xy", None, False),
+    "shelf_y": ("shelf", 9, {"_target_": SQUARE, "size": "choose", "position": None}, "y", None, False),
+    "table_xy": ("table", 13, {"_target_": SQUARE, "size": "choose", "position": None}, "xy", None, False),
 }
 
 
@@ -225,7 +229,7 @@ def test_the_command_line_wins_over_the_row(override: str, key: str, value: obje
 
 def test_a_start_of_another_kind_takes_the_rows_cell_away() -> None:
     found = settings("target=cube", "start=crease", "symmetry=none")
-    assert dict(found.start) == {"_target_": "origami_lab.game.Crease", "position": "choose"}
+    assert dict(found.start) == {"_target_": CREASE, "position": "choose", **UPPER}
     assert settings("target=cube", "start=square").start["size"] == "choose"
     assert settings("target=bowl", "start.size=2").start["size"] == 2
 

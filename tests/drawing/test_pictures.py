@@ -8,11 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from matplotlib.collections import LineCollection
 from numpy.typing import NDArray
 from PIL import Image
 
 from origami_lab.drawing import TargetSurface, draw_folded, draw_motion, draw_pattern, folded_picture, read_target
 from origami_lab.drawing.motion_gif import steps
+from origami_lab.drawing.pattern_picture import pattern_figure
 from origami_lab.errors import InputError
 from origami_lab.fold_format.writer import FoldFile, read_fold, write_fold
 from origami_lab.game.crease_pattern import CreasePattern
@@ -55,6 +57,23 @@ def test_pattern(tmp_path: Path) -> None:
     only_valley = dataclasses.replace(fold, assignments=tuple(a.replace("M", "F") for a in fold.assignments))
     draw_pattern(only_valley, tmp_path / "other.png")
     assert like(pixels(tmp_path / "other.png"), (214, 40, 40)).sum() == 0
+
+
+@pytest.mark.parametrize("board", [9, [9, 7], [7, 9]])
+def test_the_grid_ends_where_the_board_ends(board: int | list[int], tmp_path: Path) -> None:
+    """The pyramid's sheet is eight cells wide, and the picture shows a little more than that."""
+    fold = on_disk(dataclasses.replace(designs.pyramid(), metadata={"board": board}), tmp_path)
+    [axes] = pattern_figure(fold).axes
+    lines = [path for path in (c.get_segments() for c in axes.collections if isinstance(c, LineCollection)) if path]
+    grid = np.array(next(segments for segments in lines if len(segments) == sum(sides(board))))
+    upright = grid[grid[:, 0, 0] == grid[:, 1, 0]]
+    for along, count in enumerate(sides(board)):
+        assert (grid[..., along].min(), grid[..., along].max()) == (-(count - 1) / 2, (count - 1) / 2)
+    assert len(upright) == sides(board)[0]
+
+
+def sides(board: int | list[int]) -> list[int]:
+    return [board, board] if isinstance(board, int) else board
 
 
 def test_pattern_is_not_mirrored(tmp_path: Path) -> None:

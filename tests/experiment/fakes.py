@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from origami_lab.search.dense_check import certified_reach
 from origami_lab.search.problem import Problem
 
 
@@ -96,6 +97,35 @@ class Endless:
             while len(legal):
                 legal = problem.play(positions, 0, int(rng.choice(legal)))
             problem.finish(positions, 0)
+
+
+class Careless:
+    """Plays at random, and keeps one design that folds, then only some that do so by passing through themselves.
+
+    Parameters
+    ----------
+    skip
+        So many random numbers are thrown away first.
+    """
+
+    def __init__(self, skip: int = 0) -> None:
+        self.skip = skip
+
+    def search(self, problem: Problem, rng: np.random.Generator) -> None:
+        rng.random(self.skip)
+        problem.certify = False
+        positions = problem.new_positions(1)
+        wanted = 1
+        while True:
+            legal = problem.clear(positions, 0)
+            while len(legal):
+                legal = problem.play(positions, 0, int(rng.choice(legal)))
+            actions = problem.game.finished_actions(positions.states, 0)
+            reach = int(positions.states["reach"][0])
+            free = certified_reach(problem.game, actions, reach) == reach
+            if free == (wanted > 0):
+                problem.finish(positions, 0)
+                wanted -= free
 
 
 class NoSearcher:

@@ -185,11 +185,12 @@ def test_what_a_certificate_says_never_costs_a_trial(
     names = {file.name for file in folder.trial(0).iterdir()}
     assert row.status == "ok"
     if fault == "raises":
-        assert (row.certificate, names) == (None, TRIAL_FILES - {"certificate.json"})
+        assert (row.certificate, names) == ("not checked", TRIAL_FILES - {"certificate.json"})
         assert warnings == ["no certificate.json: RecursionError: too deep"]
     else:
         assert (row.certificate, names) == ("refuted", TRIAL_FILES)
-        assert warnings == ["its best design is refuted: crossing: panels 1 and 2 cross at 5°"]
+        (warning,) = warnings
+        assert warning.startswith("its best design is refuted: crossing: panels 1 and 2 cross at 5°")
 
 
 def test_a_motion_that_breaks_off_between_the_driving_angles_never_costs_a_trial(

@@ -18,7 +18,7 @@ from origami_lab.game.game import Game
 from origami_lab.game.kernels.play import copy_to, play_uniform
 from origami_lab.game.kernels.state import FIRST, FULL, NOT_FOLDABLE, RUNNING, SELECTION, STUCK, TERMINATED, States
 from origami_lab.game.moves import Extend, Place, Source, Terminate, move_from_dict, move_to_dict
-from origami_lab.game.start_patterns import Crease, Square
+from origami_lab.game.start_patterns import Crease, Panel, Rectangle, Square
 from tests.known_designs.varied_games import CHAIR, CUBE, PYRAMID, chair_game, cube_game, pyramid_game
 
 
@@ -28,6 +28,15 @@ from tests.known_designs.varied_games import CHAIR, CUBE, PYRAMID, chair_game, c
     ({"board_size": 203}, "board.size"),
     ({"board_size": 9.5}, "board.size"),
     ({"board_size": True}, "board.size"),
+    ({"board_width": 8}, "board.width"),
+    ({"board_width": 203}, "board.width"),
+    ({"board_height": 3}, "board.height"),
+    ({"board_height": "9"}, "board.height"),
+    ({"board_height": 11, "symmetry": "xyd"}, "symmetry"),
+    ({"board_size": 11, "board_width": 9, "symmetry": "xyd"}, "symmetry"),
+    ({"start": Square(2), "board_height": 5}, "start.size"),
+    ({"start": Square(2), "board_width": 5}, "start.size"),
+    ({"start": Crease(3), "symmetry": "y", "board_height": 7}, "start.position"),
     ({"symmetry": "z"}, "symmetry"),
     ({"symmetry": "x", "start": Crease()}, "symmetry"),
     ({"start": Square(4), "board_size": 9}, "start.size"),
@@ -42,6 +51,9 @@ from tests.known_designs.varied_games import CHAIR, CUBE, PYRAMID, chair_game, c
     ({"driving_angle_fixed": 0}, "driving_angle.fixed"),
     ({"driving_angle_count": 0}, "driving_angle.count"),
     ({"stuck": "maybe"}, "stuck"),
+    ({"source_action": "everywhere"}, "source_action"),
+    ({"source_action": 1}, "source_action"),
+    ({"source_action": None}, "source_action"),
     ({"capacity": 7}, "capacity"),
 ])  # fmt: skip
 def test_wrong_settings_are_named(settings: dict[str, Any], field: str) -> None:
@@ -52,7 +64,8 @@ def test_wrong_settings_are_named(settings: dict[str, Any], field: str) -> None:
 
 
 def test_the_smallest_board_and_the_largest_square_are_fine() -> None:
-    for game in (Game(5, "xyd", Square(1)), Game(9, "none", Square(3)), Game(9, "y", Crease(-3))):
+    wide = Game(5, "y", Crease(-5), board_height=13), Game(201, "xyd", Square(2), board_width=7, board_height=7)
+    for game in (Game(5, "xyd", Square(1)), Game(9, "none", Square(3)), Game(9, "y", Crease(-3)), *wide):
         assert len(game.legal(game.new_states())) == 2
 
 
@@ -70,6 +83,12 @@ GAMES = {
     "y": Game(13, "y", Crease("choose"), max_crease_length=2.9),
     "xy": Game(9, "xy", Square("choose")),
     "xyd": Game(25, "xyd", Square("choose"), max_crease_length=2.9),
+    "wide": Game(9, "y", Square("choose"), board_width=17),
+    "any rectangle": Game(9, "y", Rectangle()),
+    "any crease": Game(9, "none", Crease(ends="choose", stays="lower")),
+    "beside the centre": Game(11, "y", Square("choose", (0, -1))),
+    "sources anywhere": Game(9, "y", Square("choose"), source_action="boundary"),
+    "panel": Game(11, "x", Panel(((1, 1), (-2, 2), (-2, -2), (1, -1)), (1, -1, 1, 0))),
 }
 
 
@@ -214,8 +233,9 @@ def test_without_the_compiler(tmp_path: Path) -> None:
 def test_a_full_state_ends_cleanly(name: str) -> None:
     game = GAMES[name]
     small = Game(
-        game.board_size, name, game.start, capacity=8,
-        max_crease_length=None if name in ("none", "xy") else 2.9, source_action=True,
+        game.board_size, game.symmetry.name, game.start, capacity=8,
+        board_width=game.board[0], board_height=game.board[1],
+        max_crease_length=2.9 if name in ("y", "xyd") else None, source_action=True,
     )  # fmt: skip
     states = random_states(small, 200, 3)
     assert (states["n_vertices"] <= 8).all()

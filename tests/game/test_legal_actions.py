@@ -6,9 +6,13 @@ import numpy as np
 import pytest
 
 from origami_lab.game.game import Game
-from origami_lab.game.kernels.state import NOT_FOLDABLE, RUNNING, States
-from origami_lab.game.start_patterns import Crease, Square, Start
+from origami_lab.game.kernels.state import NOT_FOLDABLE, PLACEMENT, RUNNING, SELECTION, States
+from origami_lab.game.moves import Lay, Place
+from origami_lab.game.start_patterns import CHOOSE, Crease, Panel, Rectangle, Square, Start
+from tests.growing import on_board
 from tests.oracles import BoardSheet, Point
+
+Board = int | tuple[int, int]
 
 ROUNDING = 1e-7
 """Where the spherical triangle exists by less than this either answer is right."""
@@ -21,17 +25,25 @@ class Comparison:
         self.game, self.oracle = game, oracle
         self.states, self.spare = game.new_states(1), game.new_states(1)
         self.chosen: list[Point] = []
+        self.source_sign = 0
+        self.begins_source = 3 * game.rules.points + 5 + 2 * int(game.rules.record["n_placements"][0])
 
     def points(self, actions: set[int], offset: int) -> set[Point]:
         inside = (a - offset for a in actions if offset <= a < offset + self.game.rules.points)
-        n, half = self.game.board_size, self.game.rules.half
-        return {(a % n - half, a // n - half) for a in inside}
+        n, (half_x, half_y) = self.game.board[0], self.game.rules.half
+        return {(a % n - half_x, a // n - half_y) for a in inside}
 
     def compare(self, actions: set[int]) -> None:
         n, oracle = self.game.rules.points, self.oracle
         if self.chosen:
             self.compare_locations(self.points(actions, 2 * n))
             return
+        free = oracle.boundary_sources() if oracle.anywhere else set()
+        if int(self.states[0]["phase"]) == PLACEMENT:
+            assert self.points(actions, 2 * n) == free
+            return
+        begins = {a for a in actions if a >= self.begins_source}
+        assert begins == ({self.begins_source, self.begins_source + 1} if free else set())
         leaves = oracle.selectable()
         assert self.points(actions, 0) == leaves == self.points(actions, n)
         assert (3 * n in actions) == oracle.extended
@@ -63,11 +75,27 @@ class Comparison:
         game, oracle, n = self.game, self.oracle, self.game.rules.points
         sheet = self.states[0]
         point = next(iter(self.points({action}, 0) | self.points({action}, n) | self.points({action}, 2 * n)), None)
+        if int(sheet["phase"]) == PLACEMENT and oracle.ring:
+            [v] = self.points({action}, 2 * n)
+            oracle.lay_source(v, oracle.neighbours(v)[1], self.source_sign)
+            game.play(self.states, action)
+            return
+        if int(sheet["phase"]) == PLACEMENT:
+            game.play(self.states, action)
+            if int(sheet["phase"]) == SELECTION:
+                [placed] = game.moves(game.finished_actions(self.states))
+                if isinstance(placed, Lay):
+                    oracle.place_outline(placed.corners, [placed.sign * sign for sign in placed.signs])
+                else:
+                    assert isinstance(placed, Place)
+                    square = isinstance(game.start, Square)
+                    (oracle.place_square if square else oracle.place_crease)(placed.value, placed.sign)
+            return
         if action > 3 * n + 4:
-            option = action - 3 * n - 5
-            value, sign = int(game.rules.record["first_placement"][0]) + option // 2, 1 if option % 2 else -1
-            (oracle.place_square if isinstance(game.start, Square) else oracle.place_crease)(value, sign)
-        elif action > 3 * n:
+            self.source_sign = 1 if (action - self.begins_source) % 2 else -1
+            game.play(self.states, action)
+            return
+        if action > 3 * n:
             option = action - 3 * n - 1
             end = ("start", "end")[option // 2]
             v = next(w for w, side in oracle.sources() if side == end)
@@ -109,23 +137,86 @@ def mirror_image(oracle: BoardSheet, v: Point, q: Point) -> Point:
 
 STARTS: list[tuple[str, Start]] = [(symmetry, Square("choose")) for symmetry in ("none", "y", "x", "xy", "xyd")]
 STARTS += [(symmetry, Crease("choose")) for symmetry in ("none", "y")]
+ANYWHERE: dict[str, tuple[str, Start]] = {
+    **{f"rectangle {symmetry}": (symmetry, Rectangle()) for symmetry in ("none", "y", "x", "xy")},
+    "any square": ("none", Square("choose", "choose")),
+    "square of a size": ("y", Square(1, "choose")),
+    "square beside the centre": ("none", Square("choose", (1, -1))),
+    "wide": ("x", Rectangle(4, "choose")),
+    "from a corner": ("none", Rectangle(corner=(-2, -1))),
+    "any crease": ("none", Crease(ends=CHOOSE)),
+    "any crease, below": ("none", Crease(ends=CHOOSE, stays="lower")),
+    "any crease y": ("y", Crease(ends=CHOOSE)),
+    "any crease x": ("x", Crease(ends=CHOOSE, stays="lower")),
+    "crease below": ("y", Crease("choose", stays="lower")),
+    "oblique crease": ("none", Crease(ends=((-2, -1), (1, 1)))),
+    "triangle": ("none", Panel(((-1, -1), (2, 0), (0, 2)))),
+    "mixed signs": ("y", Panel(((0, 2), (-2, 0), (0, -1), (2, 0)), (1, -1, -1, 1))),
+    "three sides": ("x", Panel(((1, 1), (-2, 2), (-2, -2), (1, -1)), (1, 1, 1, 0))),
+    "a bare corner": ("none", Panel(((2, 1), (-1, 2), (-2, 0), (0, -2)), (1, 0, 0, 1))),
+    "bare corners on an axis": ("y", Panel(((0, 2), (-2, 1), (-1, -2), (1, -2), (2, 1)), (0, 0, 1, 0, 0))),
+    "octagon": ("xyd", Panel(((2, 1), (1, 2), (-1, 2), (-2, 1), (-2, -1), (-1, -2), (1, -2), (2, -1)))),
+    "diamond": ("xyd", Panel(((2, 0), (0, 2), (-2, 0), (0, -2)))),
+    "every other side": ("xy", Panel(((2, 1), (0, 2), (-2, 1), (-2, -1), (0, -2), (2, -1)), (0, 0, 1, 0, 0, 1))),
+}
+"""Start patterns whose size and place are given or chosen, with the symmetry that they have."""
 
 
 @pytest.mark.parametrize(("symmetry", "start"), STARTS, ids=[f"{s}-{type(t).__name__.lower()}" for s, t in STARTS])
-@pytest.mark.parametrize(("board", "length"), [(7, None), (9, None), (9, 2.0), (11, 2.9)])
-def test_masks_equal_brute_force(symmetry: str, start: Start, board: int, length: float | None) -> None:
+@pytest.mark.parametrize(
+    ("board", "length"), [(7, None), (9, None), (9, 2.0), (11, 2.9), ((11, 7), None), ((7, 11), None)]
+)
+def test_masks_equal_brute_force(symmetry: str, start: Start, board: Board, length: float | None) -> None:
+    if symmetry == "xyd" and isinstance(board, tuple):
+        pytest.skip("a board that is wider than high is not symmetric in the diagonals")
     compare_masks(symmetry, start, board, length, episodes=5, seed=1)
 
 
-def compare_masks(symmetry: str, start: Start, board: int, length: float | None, episodes: int, seed: int) -> int:
+@pytest.mark.parametrize("name", ANYWHERE)
+@pytest.mark.parametrize(("board", "length"), [(7, None), ((11, 9), 2.9)])
+def test_masks_equal_brute_force_from_any_start(name: str, board: Board, length: float | None) -> None:
+    symmetry, start = ANYWHERE[name]
+    if symmetry == "xyd" and isinstance(board, tuple):
+        board = 9
+    compared = compare_masks(symmetry, start, board, length, episodes=6, seed=2)
+    assert compared > 12
+
+
+ON_BOUNDARY: list[tuple[str, Start]] = [
+    *STARTS,
+    ("none", Crease(ends=CHOOSE, stays="lower")),
+    ("y", Panel(((0, 2), (-2, 1), (-1, -2), (1, -2), (2, 1)), (0, 0, 1, 0, 0))),
+    ("none", Panel(((2, 1), (-1, 2), (-2, 0), (0, -2)), (1, 0, 0, 1))),
+    ("xyd", Panel(((2, 0), (0, 2), (-2, 0), (0, -2)))),
+    ("xy", Panel(((2, 1), (0, 2), (-2, 1), (-2, -1), (0, -2), (2, -1)), (0, 0, 1, 0, 0, 1))),
+]
+
+
+@pytest.mark.parametrize(("symmetry", "start"), ON_BOUNDARY)
+@pytest.mark.parametrize("length", [None, 2.9])
+def test_masks_equal_brute_force_with_sources_on_the_boundary(
+    symmetry: str, start: Start, length: float | None
+) -> None:
+    assert compare_masks(symmetry, start, 9, length, episodes=8, seed=3, sources="boundary") > 12
+
+
+def compare_masks(
+    symmetry: str,
+    start: Start,
+    board: Board,
+    length: float | None,
+    episodes: int,
+    seed: int,
+    sources: bool | str = True,
+) -> int:
     rng = np.random.default_rng(seed)
-    game = Game(board, symmetry, start, max_crease_length=length)
+    game = on_board(board, symmetry, start, max_crease_length=length, source_action=sources)
     compared = 0
     for _ in range(episodes):
-        both = Comparison(game, BoardSheet(game.rules.half, symmetry, length))
-        for step in range(80):
+        both = Comparison(game, BoardSheet(game.rules.half, symmetry, length, anywhere=sources == "boundary"))
+        for _ in range(80):
             actions = game.legal(both.states)
-            if step:
+            if both.oracle.ring:
                 both.compare({int(a) for a in actions})
                 compared += 1
             choices = [int(a) for a in actions if a != 3 * game.rules.points]

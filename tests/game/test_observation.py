@@ -10,16 +10,25 @@ from numpy.typing import NDArray
 
 from origami_lab.errors import InputError
 from origami_lab.game.game import Game
-from origami_lab.game.kernels.state import SELECTION, States
-from origami_lab.game.observation import FEATURES, PHASES, CompactView, TensorView, possible_actions, view_of
-from origami_lab.game.start_patterns import Crease, Square
+from origami_lab.game.kernels.state import ON_BOUNDARY, SELECTION, States
+from origami_lab.game.observation import PHASES, CompactView, TensorView, possible_actions, view_of
+from origami_lab.game.start_patterns import Crease, Panel, Rectangle, Square
 
+BARE = Panel(((0, 2), (-2, 1), (-1, -2), (1, -2), (2, 1)), (0, 0, -1, 0, 0))
 GAMES = {
     "bowl": lambda: Game(25, "xyd", Square("choose"), max_crease_length=2.9),
     "pyramid": lambda: Game(9, "xy", Square(1)),
     "two mirrors and a long crease": lambda: Game(13, "x", Square(2)),
     "face": lambda: Game(13, "y", Crease("choose"), max_crease_length=2.9),
     "plain": lambda: Game(9, "none", Crease(0)),
+    "any rectangle": lambda: Game(9, "none", Rectangle()),
+    "any square": lambda: Game(11, "x", Square("choose", "choose")),
+    "any crease": lambda: Game(9, "none", Crease(ends="choose")),
+    "sides that are not driven": lambda: Game(11, "y", BARE),
+    "sources on the boundary": lambda: Game(11, "y", Square("choose"), source_action="boundary"),
+    "sources without symmetry": lambda: Game(11, "none", Crease(0), source_action="boundary"),
+    "wide": lambda: Game(board_width=13, board_height=9, symmetry="y", start=Square("choose")),
+    "high": lambda: Game(board_width=7, board_height=13, symmetry="x", start=Square("choose")),
 }
 
 
@@ -52,7 +61,7 @@ def seen(view: CompactView | TensorView, states: States) -> NDArray[np.float32]:
 
 def test_the_tensor_shows_the_sheet(game: Game) -> None:
     """Vertices, modes and creases as the sheet that objectives see has them, which is made in another way."""
-    view, seen_extended, half = TensorView(game), 0, game.rules.half
+    view, seen_extended, half = TensorView(game), 0, np.array([game.rules.half]).T
     for states, _ in played(game, 12):
         tensor = seen(view, states)
         if int(states["phase"][0]) != SELECTION:
@@ -76,7 +85,7 @@ def test_the_tensor_shows_the_sheet(game: Game) -> None:
 
 def test_the_tensor_shows_what_is_chosen() -> None:
     game = Game(9, "xy", Square(1))
-    view, n, half = TensorView(game), game.rules.points, game.rules.half
+    view, n, half = TensorView(game), game.rules.points, max(game.rules.half)
     states = game.new_states(1)
 
     def at(x: int, y: int) -> int:
@@ -105,7 +114,7 @@ def test_the_tensor_shows_what_is_chosen() -> None:
 
 def test_a_capped_tensor_is_the_beginning_of_the_whole_one(game: Game) -> None:
     whole, capped = TensorView(game), TensorView(game, 20)
-    assert whole.shape == (game.board_size, game.board_size, game.rules.points + 2)
+    assert whole.shape == (*game.board, game.rules.points + 2)
     for states, _ in played(game, 3):
         full, part = seen(whole, states), seen(capped, states)
         assert np.array_equal(part[:, :, :21], full[:, :, :21])
@@ -116,6 +125,8 @@ def test_the_compact_observation_is_an_order_smaller_and_says_as_much(game: Game
     """The tensor, made from the compact observation alone."""
     compact, tensor = CompactView(game), TensorView(game)
     smaller = 10 if game.symmetry.order > 1 else 5
+    if game.rules.record["sources"][0] == ON_BOUNDARY:  # more places for driven creases
+        smaller //= 2
     assert smaller * compact.shape[0] < np.prod(tensor.shape)
     most = 0
     for states, _ in played(game, 12):
@@ -127,22 +138,23 @@ def test_the_compact_observation_is_an_order_smaller_and_says_as_much(game: Game
 
 def rebuilt(game: Game, compact: NDArray[np.float32]) -> NDArray[np.int8]:
     group, half = game.symmetry, game.rules.half
-    line = range(-half, half + 1)
-    points = [(x, y) for y in line for x in line if group.playable(np.array([(x, y)]))[0]]
+    columns, rows_of_board = (range(-h, h + 1) for h in half)
+    points = [(x, y) for y in rows_of_board for x in columns if group.playable(np.array([(x, y)]))[0]]
     d = len(points)
-    rows = compact[:-PHASES].astype(np.float64).reshape(d, FEATURES)
-    assert compact[-PHASES:].sum() == 1
+    rows = compact[:-PHASES].astype(np.float64).reshape(d, -1)
+    assert np.abs(compact[-PHASES:]).sum() == 1
     order = np.rint(rows[:, 0] * d).astype(int)
     vertices = [points[k] for k in sorted(np.flatnonzero(order), key=lambda k: order[k])]
     assert sorted(order[order > 0]) == list(range(1, len(vertices) + 1))
-    chosen, creases, driven, current = [], [], [], None
+    chosen, creases, driven, current = [], [], [], []
     for point, row in zip(points, rows, strict=True):
-        offsets = np.rint(row[3:] * 2 * half).astype(int)
+        offsets = np.rint(row[3:] * 2 * max(half)).astype(int)
         children = [(point[0] + offsets[k], point[1] + offsets[k + 1]) for k in (0, 2, 4) if offsets[k : k + 2].any()]
         creases += [(point, child) for child in children]
         if row[2]:
-            current, chosen = point, [child for child in children if child not in vertices]
-        for k in (6, 9):
+            current.append(point)
+            chosen = [child for child in children if child not in vertices]
+        for k in range(6, rows.shape[1] - 3, 3):
             if row[3 + k + 2]:
                 driven.append((point, (point[0] + offsets[k], point[1] + offsets[k + 1]), int(row[3 + k + 2])))
     number: dict[tuple[int, int], int] = {}
@@ -155,21 +167,23 @@ def rebuilt(game: Game, compact: NDArray[np.float32]) -> NDArray[np.int8]:
     for vertex in [*vertices, *chosen]:
         for (image,) in images(vertex):
             number.setdefault(image, len(number))
-    out = np.zeros((game.board_size, game.board_size, game.rules.points + 2), dtype=np.int8)
+    out = np.zeros((*game.board, game.rules.points + 2), dtype=np.int8)
 
     def put(at: tuple[int, int], k: int, value: int) -> None:
-        out[at[0] + half, at[1] + half, k] = value
+        out[at[0] + half[0], at[1] + half[1], k] = value
 
     for point, row in zip(points, rows, strict=True):
         for (image,) in images(point):
             if row[1]:
                 put(image, 0, int(row[1]))
-            if point == current:
+            if point in current:
                 put(image, -1, 1)
     for u, w in creases:
         for a, b in images(u, w):
             put(a, 1 + number[b], 1)
             put(b, 1 + number[a], -1)
+    if order.any() and compact[-PHASES]:  # a source is begun
+        out[:, :, -1] = compact[-PHASES]
     for u, w, sign in driven:
         for a, b in images(u, w):
             put(a, 1 + number[b], sign)

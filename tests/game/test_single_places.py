@@ -27,11 +27,11 @@ def test_a_place_is_legal_if_it_is_in_the_list(name: str) -> None:
             phase = int(states["phase"][0])
             if phase == SELECTION:
                 break
-            reach = range(-game.rules.half - 2, game.rules.half + 3)
+            columns, rows = (range(-half - 2, half + 3) for half in game.rules.half)
             found = {
-                2 * game.rules.points + (y + game.rules.half) * game.board_size + x + game.rules.half
-                for y in reach
-                for x in reach
+                2 * game.rules.points + (y + game.rules.half[1]) * game.board[0] + x + game.rules.half[0]
+                for y in rows
+                for x in columns
                 if location_is_legal(states[0], game.rules.record[0], x, y)
             }
             assert found == set(legal.tolist())
@@ -58,7 +58,8 @@ def test_a_place_is_known_before_it_is_played(name: str) -> None:
             on_axis = int(s["axis"][s["selected"]]) > 0
             side = NEXT if phase == SECOND or (on_axis and near_side(s, r, s["selected"]) == NEXT) else PREV
             action = int(rng.choice(legal))
-            x, y = (t - game.rules.half for t in divmod(action - 2 * game.rules.points, game.board_size)[::-1])
+            row, column = divmod(action - 2 * game.rules.points, game.board[0])
+            x, y = column - game.rules.half[0], row - game.rules.half[1]
             reach = int(s["reach"])
             if phase == THIRD:
                 expected[x, y] = [middle_place(s, r, k, x, y) for k in range(reach)]

@@ -18,9 +18,25 @@ AtAngle = Callable[[FoldedSheet, int], float]
 
 
 def bucket(sheet: FoldedSheet, k: int) -> float:
-    rim = sheet.points[k, sheet.leaves]
-    z, away = rim[:, 2], np.hypot(rim[:, 0], rim[:, 1])
-    if z.min() <= 0 or z.max() > 2 * z.min() + 1e-9 or away.max() > 2 * away.min() + 1e-9:
+    """A corner of the square that the first action lays is as far from both axes as it is half wide."""
+    rules, action = sheet.rules[0], int(sheet.states["actions"][sheet.index][0])
+    points = (2 * int(rules["half_x"]) + 1) * (2 * int(rules["half_y"]) + 1)
+    half = int(rules["first_placement"]) + (action - 3 * points - 5) // 2
+    placed = np.abs(sheet.flat).max(axis=1) > half
+    placed |= np.abs(sheet.flat).min(axis=1) < half
+    return _bucket(sheet, k, placed)
+
+
+def bucket_by_its_rim(sheet: FoldedSheet, k: int) -> float:
+    rim = np.zeros(len(sheet.flat), dtype=bool)
+    rim[sheet.leaves] = True
+    return _bucket(sheet, k, rim)
+
+
+def _bucket(sheet: FoldedSheet, k: int, counts: NDArray[np.bool_]) -> float:
+    z, away = sheet.points[k, sheet.leaves, 2], np.hypot(*sheet.points[k, counts, :2].T)
+    apart = len(away) and away.max() > 2 * away.min() + 1e-9
+    if z.min() <= 0 or z.max() > 2 * z.min() + 1e-9 or apart:
         return 0.0
     return float(z.min())
 
@@ -54,7 +70,7 @@ def table(sheet: FoldedSheet, k: int) -> float:
 
 
 def chair(sheet: FoldedSheet, k: int) -> float:
-    r_min = -2.0 * float(sheet.rules["half"][0])
+    r_min = -2.0 * float(max(sheet.rules["half_x"][0], sheet.rules["half_y"][0]))
     x, y, z = sheet.points[k].T
     cost = np.abs(z + 4) + np.abs(np.abs(y) - 2.1)
     third = np.sort(z)[2]
@@ -85,6 +101,7 @@ def farthest(sheet: FoldedSheet, k: int) -> float:
 
 REFERENCES: dict[str, AtAngle] = {
     "bucket": bucket,
+    "bucket by its rim": bucket_by_its_rim,
     "shelf": shelf,
     "table": table,
     "chair": chair,

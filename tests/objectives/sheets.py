@@ -37,10 +37,10 @@ def hand_made(
 def shuffled(game: Game, states: States, plain: Game, rng: np.random.Generator, move: NDArray[np.float64]) -> States:
     """A state's whole sheet, images and all, as a state of a game without symmetry, in another order and place.
 
-    ``move`` (3, 3) turns or mirrors it in space.
+    ``move`` (3, 3) turns or mirrors it in space. The four corners of the start pattern stay the first vertices.
     """
     sheet = game.sheet(states)
-    order = rng.permutation(len(sheet.flat))
+    order = np.concatenate([rng.permutation(4), 4 + rng.permutation(len(sheet.flat) - 4)])
     number = np.empty_like(order)
     number[order] = np.arange(len(order))
     points = np.zeros((len(game.angles), len(order), 3))

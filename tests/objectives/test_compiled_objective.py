@@ -230,12 +230,14 @@ GAMES = {
     "xy": Game(13, "xy", Square("choose"), max_crease_length=2.9),
     "xyd": Game(13, "xyd", Square("choose")),
     "fixed": Game(9, "xy", Square("choose"), driving_angle_fixed=50),
+    "wide": Game(board_width=13, board_height=9, symmetry="y", start=Square("choose")),
 }
 
 
 VARIANTS = {key: (cls, REFERENCES[key]) for key, cls in OBJECTIVES.items()} | {
     # random play seldom makes three levels
     "shelf of two": (partial(ShelfObjective, 2, 0.1), partial(shelf, levels=2, gap=0.1)),
+    "bucket by its rim": (partial(BucketObjective, norm_of="leaves"), REFERENCES["bucket by its rim"]),
 }
 
 
@@ -260,7 +262,7 @@ def test_kernels_score_as_the_formulas_say(name: str) -> None:
     # not a comparison of zeros
     assert rewarded["table"] == rewarded["chair"] == rewarded["packaging"] == 80
     assert rewarded["shelf of two"] > 0
-    assert rewarded["bucket"] > 0 or game.symmetry.order == 1
+    assert rewarded["bucket by its rim"] >= rewarded["bucket"] > 0 or game.symmetry.order < 4
 
 
 ORDERS = {
@@ -286,6 +288,20 @@ def test_neither_order_nor_the_board_s_symmetries_change_a_score(move: str) -> N
                 objective = OBJECTIVES[key]()
                 expected = score(objective, game, states)
                 assert score(objective, plain, other).value == pytest.approx(expected.value, abs=1e-9), key
+
+
+@pytest.mark.parametrize(("inner", "by_vertices", "by_leaves"), [(1.4, 0.0, 1.0), (1.6, 1.0, 1.0), (6.1, 0.0, 1.0)])
+def test_a_bucket_may_bulge_only_where_its_rim_counts_alone(inner: float, by_vertices: float, by_leaves: float) -> None:
+    """The corners of the start pattern never count, though they are close to the axis."""
+    corners = [(2, 2), (-2, 2), (-2, -2), (2, -2)]
+    flat = [*corners, (4, 0), (0, 5), (-5, 0)]
+    folded = [*((x / 4, y / 4, 0.0) for x, y in corners), (inner, 0.0, 0.2), (0.0, 3.0, 1.0), (-3.0, 0.0, 2.0)]
+    states = hand_made(PLAIN, flat, folded, [(0, 1, 2)], extended=[0, 1, 2, 3, 4])
+    assert value(BucketObjective(), states) == by_vertices
+    assert value(BucketObjective(norm_of="leaves"), states) == by_leaves
+    # the vertices do not move, so no continuation is a bucket
+    evaluator = BucketObjective().bind(PLAIN)
+    assert evaluator.bound(states, evaluator.new_memos(1), 0) == (math.inf if by_vertices else 0.0)
 
 
 def test_a_bucket_upside_down_is_none() -> None:

@@ -28,6 +28,7 @@ BOWL = bowl()
 # board, the ends included
 OBJECTIVES = {
     "bucket": (lambda w: BucketObjective(compactness=w), 0.0, math.inf),
+    "bucket by its rim": (lambda w: BucketObjective(compactness=w, norm_of="leaves"), 0.0, math.inf),
     "shelf": (lambda w: ShelfObjective(compactness=w), 0.0, 64 / 3),
     "table": (lambda w: TableObjective(compactness=w), -math.inf, 0.0),
     "chair": (lambda w: ChairObjective(compactness=w), -math.inf, 0.0),
@@ -163,6 +164,7 @@ def test_a_bad_weight_is_refused(name: str, weight: object) -> None:
     ("make", "key"),
     [
         (lambda: BucketObjective(spread=0.9), "spread"),
+        (lambda: BucketObjective(norm_of="corners"), "norm_of"),
         (lambda: ShelfObjective(levels=0), "levels"),
         (lambda: ShelfObjective(gap=0), "gap"),
         (lambda: TableObjective(height=-1), "height"),

@@ -42,6 +42,8 @@ def test_every_old_name_is_the_new_one(here: Path, capsys: pytest.CaptureFixture
     evolution = ("search.population=24", "search.rescale=true")
     commands = dict(COMMANDS)
     commands |= {f"jobs/{job}": (f"objective={job}", "search=rdm", "budget=12000") for job in ("bucket", "packaging")}
+    # whose rule is another today
+    commands["jobs/bucket"] += ("objective.norm_of=leaves",)
     commands |= {"sweep/trials/0000": ("objective=table", "search=evo", "budget=1000", *evolution)}
     unpack(here, "killed", "jobs", "sweep", *COMMANDS)
     for name, words in commands.items():

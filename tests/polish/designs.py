@@ -8,12 +8,17 @@ import numpy as np
 
 from origami_lab.game.game import Game
 from origami_lab.game.kernels.state import NOT_FOLDABLE, SELECTION
-from origami_lab.game.start_patterns import Crease, Square, Start
+from origami_lab.game.start_patterns import Crease, Panel, Rectangle, Square, Start
 from tests.known_designs import game_moves as known
 
 GROUPS: list[tuple[str, Start]] = [
     *((symmetry, Square("choose")) for symmetry in ("none", "x", "y", "xy", "xyd")),
     *((symmetry, Crease("choose")) for symmetry in ("none", "y")),
+    ("y", Rectangle()),
+    ("none", Square(1, (0, -1))),
+    ("none", Crease(ends="choose", stays="lower")),
+    ("y", Crease("choose", stays="lower")),
+    ("xy", Panel(((2, 1), (0, 2), (-2, 1), (-2, -1), (0, -2), (2, -1)), (0, 0, -1, 0, 0, -1))),
 ]
 
 

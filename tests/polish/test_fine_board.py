@@ -40,6 +40,22 @@ def test_an_unmoved_design_folds_as_in_the_game(symmetry: str, start: Start, fin
         assert np.abs(positions[:, :reach] - state["position"][:n, :reach]).max() < 1e-9
 
 
+@pytest.mark.parametrize("start", [Square(2), Crease("choose")], ids=["square", "crease"])
+def test_a_finer_board_is_as_wide_and_as_high_as_the_game_s(start: Start) -> None:
+    game, finer, seen = Game(symmetry="y", start=start, board_width=7, board_height=11), 8, 0
+    for actions in random_designs(game, 4, seed=3):
+        board = fine_board(game, actions, finer)
+        angles = padded(game.angles[: int(game.replay(actions)[0]["reach"])])
+        assert lay(board, board.points, angles)[0]
+        for side, half in enumerate((3, 5)):
+            for vertex in np.flatnonzero(np.abs(board.points[board.layout.corners :, side]) == half * finer):
+                beyond = board.points.copy()
+                beyond[board.layout.corners + vertex, side] *= 1 + 1 / (half * finer)  # one part of a cell
+                assert not lay(board, beyond, angles)[0]
+                seen += 1
+    assert seen
+
+
 def test_a_start_from_a_file_is_exempt_from_the_crease_length() -> None:
     game = Game(13, "y", FromFile("chair"), max_crease_length=2, source_action=False, driving_angle_fixed=80.0)
     board = fine_board(game, game.start_actions, 64)

@@ -11,7 +11,8 @@ import pytest
 from origami_lab.errors import InputError
 from origami_lab.game.folded_sheet import FoldedSheet
 from origami_lab.game.game import Game
-from origami_lab.game.start_patterns import Square
+from origami_lab.game.moves import Lay
+from origami_lab.game.start_patterns import Crease, Panel, Rectangle, Square, Start
 from origami_lab.objectives.bucket import BucketObjective
 from origami_lab.objectives.objective import Score, bind
 from origami_lab.objectives.shape import ShapeObjective
@@ -118,6 +119,39 @@ def test_abstract_objectives_are_searched_with_a_bound_and_without(searcher: Sea
     states = game.replay(outcome.actions)
     states["reach"] = certified_reach(game, outcome.actions, int(states["reach"][0]))
     assert evaluator.score(states, evaluator.new_memos(1), 0) == Score(outcome.value, outcome.angle)
+
+
+@pytest.mark.parametrize(("width", "height"), [(13, 7), (7, 13)])
+def test_boards_need_not_be_square(searcher: Searcher, width: int, height: int) -> None:
+    game = Game(symmetry="xy", start=Square("choose"), board_width=width, board_height=height, max_crease_length=4)
+    problem = Problem(game, ShapeObjective(cube()), 2500)
+    searcher.search(problem, np.random.default_rng(0))
+    outcome = problem.outcome()
+    assert outcome.succeeded
+    x, y = np.abs(game.design(outcome.actions, outcome.angle).vertices).max(axis=0)
+    assert x <= width // 2
+    assert y <= height // 2
+
+
+ANYWHERE: dict[str, tuple[str, Start]] = {
+    "rectangle": ("y", Rectangle()),
+    "crease": ("none", Crease(ends="choose", stays="lower")),
+    "panel": ("xy", Panel(((2, 1), (0, 2), (-2, 1), (-2, -1), (0, -2), (2, -1)), (1, 1, 0, 1, 1, 0))),
+}
+
+
+@pytest.mark.parametrize("name", ANYWHERE)
+def test_start_patterns_and_sources_may_be_placed_anywhere(searcher: Searcher, name: str) -> None:
+    symmetry, start = ANYWHERE[name]
+    game = Game(9, symmetry, start, max_crease_length=4, source_action="boundary")
+    problem = Problem(game, ShapeObjective(cube()), 1500)
+    searcher.search(problem, np.random.default_rng(0))
+    outcome = problem.outcome()
+    assert problem.interactions == 1500
+    assert outcome.succeeded
+    states = game.replay(outcome.actions)
+    assert problem.evaluator.score(states, problem.evaluator.new_memos(1), 0).value >= outcome.value
+    assert isinstance(game.moves(outcome.actions)[0], Lay)
 
 
 def test_an_exhausted_tree_starts_anew(searcher: Searcher) -> None:

@@ -248,6 +248,18 @@ def test_fit_board(tmp_path: Path) -> None:
     assert half[:, 2].min() == pytest.approx(-1)
 
 
+@pytest.mark.parametrize(("wide", "high", "reach"), [(25, 13, 0.8 * 6), (13, 25, 0.8 * 6), (25, 21, 0.8 * 12)])
+def test_fit_board_looks_at_both_sides_of_the_board(tmp_path: Path, wide: int, high: int, reach: float) -> None:
+    path = tmp_path / "part.ply"
+    box((400, 300, 10)).export(path)
+    width, depth, height = np.ptp(mesh(path, fit="board", board_width=wide, board_height=high).vertices, axis=0)
+    assert width / 400 == pytest.approx(depth / 300)
+    binding = depth if wide == 25 and high == 13 else width
+    assert 0.5 * binding + height == pytest.approx(reach)
+    assert 0.5 * width + height <= 0.8 * (wide - 1) / 2 + 1e-9
+    assert 0.5 * depth + height <= 0.8 * (high - 1) / 2 + 1e-9
+
+
 def test_align_z(tmp_path: Path, stl: Path) -> None:
     assert mesh(stl, align_z=True).vertices[:, 2].max() == pytest.approx(0)
     path = tmp_path / "p.obj"

@@ -16,6 +16,7 @@ from origami_lab.game.kernels.boundary import (
 from origami_lab.game.kernels.collisions import collision_free_reach
 from origami_lab.game.kernels.state import (
     ALL_IMAGES,
+    BARE,
     NOT_FOLDABLE,
     SELECTION,
     Record,
@@ -182,15 +183,20 @@ def link_side(s: Record, r: Record, v: int, side: int, child: int, merged: int, 
     outer = s.prev[v] if side == PREV else s.next[v]
     w = merged if child < 0 else child
     crease, panel_side = 8 * v, side
+    was_bare = child < 0 and s.locked[w] == BARE
     # towards the middle: the crease from v and the panel beside the middle crease
     if side == PREV:
-        if child < 0 and not sector_closes(s, r, w, NEXT):
+        if was_bare:
+            s.locked[w], s.last[w] = 0, crease
+        elif child < 0 and not sector_closes(s, r, w, NEXT):
             s.locked[w] = 1
         s.next[w], s.first[w] = 8 * c, crease
         copy_frames(s, w, NEXT, c, panel_side)
         s.prev[c] = 8 * w
     else:
-        if child < 0 and not sector_closes(s, r, w, PREV):
+        if was_bare:
+            s.locked[w], s.first[w] = 0, crease
+        elif child < 0 and not sector_closes(s, r, w, PREV):
             s.locked[w] = 1
         s.prev[w], s.last[w] = 8 * c, crease
         copy_frames(s, w, PREV, c, panel_side)
@@ -232,7 +238,7 @@ def link_side(s: Record, r: Record, v: int, side: int, child: int, merged: int, 
             s.prev[w], s.last[w] = image_code(r, g, s.next[w]), image_code(r, g, s.first[w])
         else:
             s.next[w], s.first[w] = image_code(r, g, s.prev[w]), image_code(r, g, s.last[w])
-        if child >= 0 and turn_at(s, r, w, s.first[w], s.last[w]) <= 0:
+        if (child >= 0 or was_bare) and turn_at(s, r, w, s.first[w], s.last[w]) <= 0:
             s.locked[w] = 1
 
 

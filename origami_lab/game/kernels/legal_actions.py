@@ -15,8 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.game.kernels.boundary import NEXT, PREV, is_own_image, mirror_between, near_side, side_is_open
+from origami_lab.game.kernels.boundary_sources import boundary_action, count_free_segments, write_free_segments
+from origami_lab.game.kernels.start_corners import write_picks
 from origami_lab.game.kernels.state import (
     FIRST,
+    ON_BOUNDARY,
     PLACEMENT,
     RUNNING,
     SECOND,
@@ -42,7 +45,7 @@ Actions = NDArray[np.int32]
 def is_selectable(s: Record, r: Record, v: int) -> bool:
     """Whether leaf v can be chosen: inside the board, on one axis at most, no sector of π or more at it."""
     x, y = s.xy[v, 0], s.xy[v, 1]
-    if abs(x) >= r.half or abs(y) >= r.half or s.axis[v] < 0 or s.locked[v] != 0:
+    if abs(x) >= r.half_x or abs(y) >= r.half_y or s.axis[v] < 0 or s.locked[v] != 0:
         return False
     return side_is_open(s, r, v, PREV) and side_is_open(s, r, v, NEXT)
 
@@ -51,7 +54,7 @@ def is_selectable(s: Record, r: Record, v: int) -> bool:
 def gather_edges(s: Record, r: Record, v: int, edges: Edges) -> int:
     """Boundary segments that do not end at v and come near enough to matter; returns their number."""
     x, y = s.xy[v, 0], s.xy[v, 1]
-    limit = 2.0 * r.half + 1.0
+    limit = 2.0 * max(r.half_x, r.half_y) + 1.0
     if r.max_length_sq < limit * limit:
         limit = np.sqrt(r.max_length_sq)
     low_x, high_x, low_y, high_y = x - limit, x + limit, y - limit, y + limit
@@ -298,16 +301,16 @@ def locations(s: Record, r: Record, out: Actions) -> int:
     if not middle.opens:
         return 0
     x, y = s.xy[s.selected, 0], s.xy[s.selected, 1]
-    half = r.half
+    half_x, half_y = r.half_x, r.half_y
     edges = np.empty((s.n_vertices + 2, 4), np.int32)
     n_edges = gather_edges(s, r, s.selected, edges)
-    reach = 2 * half + 1
+    reach = 2 * max(half_x, half_y) + 1
     if r.max_length_sq < float(reach * reach):
         reach = int(np.sqrt(r.max_length_sq))
     base = 2 * board_points(r)
     n = 0
-    for qy in range(max(-half, y - reach), min(half, y + reach) + 1):
-        for qx in range(max(-half, x - reach), min(half, x + reach) + 1):
+    for qy in range(max(-half_y, y - reach), min(half_y, y + reach) + 1):
+        for qx in range(max(-half_x, x - reach), min(half_x, x + reach) + 1):
             if location_fits(s, r, edges, n_edges, middle, side, qx, qy):
                 out[n] = base + point_index(r, qx, qy)
                 n += 1
@@ -317,7 +320,7 @@ def locations(s: Record, r: Record, out: Actions) -> int:
 @kernel
 def location_is_legal(s: Record, r: Record, qx: int, qy: int) -> bool:
     """Whether the child that is placed now may lie at q, anywhere: one candidate of :func:`locations`."""
-    if abs(qx) > r.half or abs(qy) > r.half:
+    if abs(qx) > r.half_x or abs(qy) > r.half_y:
         return False
     middle = middle_of(s)
     if not middle.opens:
@@ -344,12 +347,16 @@ def same_place(s: Record, r: Record, a: int, b: int) -> bool:
 def write_legal_actions(s: Record, r: Record, out: Actions) -> int:
     """Write the legal actions of the state and return how many there are.
 
-    ``out`` needs room for 2·N² + 5 actions. An episode that has ended has none.
+    ``out`` needs room for 2n + 7 actions, n points of the board. An episode that has ended has none.
     """
     if s.status != RUNNING:
         return 0
     points = board_points(r)
     if s.phase == PLACEMENT:
+        if s.n_vertices > 0:
+            return write_free_segments(s, r, out)
+        if s.unfinished < r.picks:
+            return write_picks(s, r, out)
         for i in range(2 * r.n_placements):
             out[i] = 3 * points + 5 + i
         return 2 * r.n_placements
@@ -378,4 +385,7 @@ def write_legal_actions(s: Record, r: Record, out: Actions) -> int:
         if source_fits(s, r, w, NEXT):
             out[n], out[n + 1] = 3 * points + 3, 3 * points + 4
             n += 2
+    if r.sources == ON_BOUNDARY and count_free_segments(s, r) > 0:
+        out[n], out[n + 1] = boundary_action(r), boundary_action(r) + 1
+        n += 2
     return n

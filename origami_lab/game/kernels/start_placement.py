@@ -1,18 +1,21 @@
 """Start patterns: driven creases (*sources*) laid on the boundary of a flat sheet.
 
-A source is a driven crease on a boundary segment; the flap outside it starts with no area. A square start is a
-square panel with four sources; a single crease is a two-gon with one. The same operation later in the game, on
-the segment between a leaf and its mirror image, is the paper's source action (section 3.3).
+A source is a driven crease on a boundary segment; the flap outside it starts with no area. A panel start is a convex
+panel with sources on its sides, or some of them; a single crease is a two-gon with one. The same operation later in the
+game, on the segment between a leaf and its mirror image, is the paper's source action (section 3.3).
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from origami_lab.game.kernels.start_corners import start_corners
 from origami_lab.game.kernels.state import (
+    BARE,
+    LARGEST_PANEL,
+    PANEL,
     SELECTION,
     SINGLE,
-    SQUARE,
     Record,
     add_crease,
     add_triangle,
@@ -62,18 +65,20 @@ def set_flat(s: Record, v: int) -> None:
 
 
 @kernel
+def side_sign(r: Record, i: int) -> int:
+    """Sign of the i-th side of the start pattern, as against the sign that the agent chooses; 0: it is not driven."""
+    return int(r.sides[i]) if r.start == PANEL else 1
+
+
+@kernel
 def place_start(s: Record, r: Record, option: int, sign: int) -> None:
-    """Lay down the start pattern: option chooses the square's half-width or the crease's height."""
-    value = r.first_placement + option
+    """Lay down the start pattern; ``option`` chooses the square's half-width or the crease's height."""
     # corners counter-clockwise; a single crease is a polygon with two corners
-    n = 4 if r.start == SQUARE else 2
-    codes = np.empty(4, np.int32)
+    corners = np.empty((LARGEST_PANEL, 2), np.int32)
+    n = start_corners(s, r, option, corners)
+    codes = np.empty(LARGEST_PANEL, np.int32)
     for i in range(n):
-        if r.start == SQUARE:
-            x = value if i == 0 or i == 3 else -value
-            y = value if i < 2 else -value
-        else:
-            x, y = (-1 if i == 0 else 1), value
+        x, y = corners[i, 0], corners[i, 1]
         codes[i] = -1
         for v in range(s.n_vertices):
             for g in range(r.order):
@@ -98,35 +103,51 @@ def place_start(s: Record, r: Record, option: int, sign: int) -> None:
     for i in range(n):
         if codes[i] & 7 == 0:
             v = codes[i] >> 3
-            if r.start == SQUARE:
-                if s.axis[v] > 0:
-                    # exact symmetry: only one side is computed, the other is its mirror image
-                    m = r.matrices[s.axis[v]]
-                    lay_source(s, r, v, 1, sign)
-                    for k in range(s.reach):
-                        mirror_frames(s.frame_prev[v], s.frame_next[v], k, m[0], m[1], m[2], m[3])
-                else:
-                    lay_source(s, r, v, 1, sign)
-                    lay_source(s, r, v, 0, sign)
+            if n > 2:
+                lay_sides(s, r, v, sign * side_sign(r, (i + n - 1) % n), sign * side_sign(r, i))
             else:
-                # the panel at larger y, outside the segment back, stays flat
+                # the panel on the left, outside the segment back, stays flat
                 if codes[i] == codes[0]:
                     lay_source(s, r, v, 1, sign)
                 else:
                     lay_source(s, r, v, 0, sign)
                 s.first[v] = s.last[v] = s.next[v]
-    for i in range(n if n == 4 else 1):
-        add_crease(s, codes[i], codes[(i + 1) % n], sign)
-    if n == 4:
-        add_triangle(s, codes[0], codes[1], codes[2], SINGLE)
-        add_triangle(s, codes[0], codes[2], codes[3], SINGLE)
-        for t in range(2):
-            for j in range(3):
-                low = min(code_coordinate(s, r, t, 0, j), code_coordinate(s, r, t, 1, j))
-                s.swept[t, j] = min(low, code_coordinate(s, r, t, 2, j))
-                high = max(code_coordinate(s, r, t, 0, j), code_coordinate(s, r, t, 1, j))
-                s.swept[t, 3 + j] = max(high, code_coordinate(s, r, t, 2, j))
+    for i in range(n if n > 2 else 1):
+        if n == 2 or side_sign(r, i) != 0:
+            add_crease(s, codes[i], codes[(i + 1) % n], sign * (side_sign(r, i) if n > 2 else 1))
+    for i in range(n - 2):
+        add_triangle(s, codes[0], codes[i + 1], codes[i + 2], SINGLE)
+        for j in range(3):
+            low = min(code_coordinate(s, r, i, 0, j), code_coordinate(s, r, i, 1, j))
+            s.swept[i, j] = min(low, code_coordinate(s, r, i, 2, j))
+            high = max(code_coordinate(s, r, i, 0, j), code_coordinate(s, r, i, 1, j))
+            s.swept[i, 3 + j] = max(high, code_coordinate(s, r, i, 2, j))
     s.phase = SELECTION
+    s.unfinished = 0
+
+
+@kernel
+def lay_sides(s: Record, r: Record, v: int, before: int, after: int) -> None:
+    """Lay the driven creases on the two sides of a panel that meet at v, 0 for one that is not driven."""
+    if s.axis[v] > 0:
+        # exact symmetry: only one side is computed, the other is its mirror image
+        if after != 0:
+            m = r.matrices[s.axis[v]]
+            lay_source(s, r, v, 1, after)
+            for k in range(s.reach):
+                mirror_frames(s.frame_prev[v], s.frame_next[v], k, m[0], m[1], m[2], m[3])
+    else:
+        if after != 0:
+            lay_source(s, r, v, 1, after)
+        if before != 0:
+            lay_source(s, r, v, 0, before)
+    if before == 0 and after == 0:
+        s.locked[v] = BARE
+        s.first[v], s.last[v] = s.prev[v], s.next[v]  # no crease lies along a side
+    elif before == 0:
+        s.last[v] = s.next[v]
+    elif after == 0:
+        s.first[v] = s.prev[v]
 
 
 @kernel

@@ -28,7 +28,18 @@ STATUS_NAMES = ("running", "terminated", "stuck", "not foldable", "capacity exha
 # which images a triangle has: one for each group element, one for each coset of a mirror, or itself only
 ALL_IMAGES, SINGLE = 0, -1
 
-SQUARE, CREASE = 0, 1
+SQUARE, CREASE, PANEL, RECTANGLE, SEGMENT = 0, 1, 2, 3, 4
+"""Start patterns: a square or a crease on a line whose size or height is an option, a polygon that is given, a
+rectangle or a crease whose corners are chosen one after the other."""
+
+ON_AXES, ON_BOUNDARY = 1, 2
+"""Where driven creases may be laid: between a leaf and its mirror image only, or on any boundary segment."""
+
+LARGEST_PANEL = 16
+"""Most corners of a start pattern."""
+
+BARE = 2
+"""``locked`` of a leaf that no crease leads to yet: a corner between two sides that are not driven."""
 
 DEFAULT_VERTICES = 320
 """Representative vertices that a state has room for."""
@@ -73,7 +84,7 @@ def state_dtype(vertices: int = DEFAULT_VERTICES, angles: int = 10) -> np.dtype[
             ("last", np.int32, (vertices,)),
             ("axis", np.int32, (vertices,)),  # the mirror that fixes the vertex, 0 if none
             ("modes", np.int8, (vertices,)),  # 0 for a leaf
-            ("locked", np.int8, (vertices,)),  # an incoming sector of π or more
+            ("locked", np.int8, (vertices,)),  # an incoming sector of π or more, or BARE
             ("corners", np.int32, (triangles, 3)),  # codes, counter-clockwise
             ("images", np.int32, (triangles,)),
             ("creases", np.int32, (creases, 2)),  # codes
@@ -91,7 +102,8 @@ def rules_dtype(angles: int = 10) -> np.dtype[np.void]:
     """Layout of the rules: all that the kernels know of the game besides the state."""
     return _record(
         [
-            ("half", np.int32),  # the board reaches from −half to +half
+            ("half_x", np.int32),  # the board reaches from −half_x to +half_x and from −half_y to +half_y
+            ("half_y", np.int32),
             ("order", np.int32),  # elements of the symmetry group
             ("matrices", np.int32, (8, 4)),
             ("products", np.int32, (8, 8)),
@@ -102,12 +114,26 @@ def rules_dtype(angles: int = 10) -> np.dtype[np.void]:
             ("start_mirror", np.int32),
             ("end_mirror", np.int32),
             ("max_length_sq", np.float64),
-            ("sources", np.int32),  # whether the source action is allowed
+            ("sources", np.int32),  # where driven creases may be laid during the game
             ("collisions", np.int32),  # whether panels may not cross
             ("min_reach", np.int32),  # driving angles that must stay reachable
             ("start", np.int32),
             ("n_placements", np.int32),
             ("first_placement", np.int32),
+            ("picks", np.int32),  # places that are chosen before the start pattern is laid
+            ("n_driven", np.int32),  # its driven creases
+            ("centre", np.int32, (2,)),  # of a square
+            ("stays_below", np.int32),  # which panel of a single crease stays in the plane
+            ("flips_x", np.int32),  # whether the symmetry takes x to −x, and y to −y
+            ("flips_y", np.int32),
+            ("least", np.int32, (2,)),  # width and height of a rectangle
+            ("most", np.int32, (2,)),
+            ("is_square", np.int32),
+            ("is_pinned", np.int32),  # whether its first corner is given
+            ("pin", np.int32, (2,)),
+            ("n_corners", np.int32),  # of a panel that is given
+            ("corners", np.int32, (LARGEST_PANEL, 2)),  # counter-clockwise
+            ("sides", np.int32, (LARGEST_PANEL,)),  # sign of each side from there on, 0 where it is not driven
             ("angles", np.float64, (angles,)),
         ]
     )
@@ -156,34 +182,36 @@ def axis_of(r: Record, x: int, y: int) -> int:
 
 
 # --- actions ---------------------------------------------------------------------------------------------------------
-# With n = N² points of the board, an action is
+# With n points of the board, an action is
 #   mode·n + point (mode 0 for M = −1, 1 for M = +1)   select a leaf
 #   2n + point                                          choose a location
 #   3n                                                  terminate
 #   3n + 1 + 2·end + (sign > 0)                         lay a source across the start (0) or end (1) axis
 #   3n + 5 + 2·option + (sign > 0)                      place the start pattern
+#   3n + 5 + 2·n_placements + (sign > 0)                begin a source on the boundary; its place is a location
+# Where the corners of the start pattern are chosen they come first, as locations (start_corners.py says which).
 
 
 @inlined
 def board_points(r: Record) -> int:
     """n, the number of points on the board."""
-    return (2 * r.half + 1) * (2 * r.half + 1)
+    return (2 * r.half_x + 1) * (2 * r.half_y + 1)
 
 
 @inlined
 def point_index(r: Record, x: int, y: int) -> int:
     """Index of a board point, row by row from the bottom left."""
-    return (y + r.half) * (2 * r.half + 1) + x + r.half
+    return (y + r.half_y) * (2 * r.half_x + 1) + x + r.half_x
 
 
 @inlined
 def point_x(r: Record, index: int) -> int:
-    return index % (2 * r.half + 1) - r.half
+    return index % (2 * r.half_x + 1) - r.half_x
 
 
 @inlined
 def point_y(r: Record, index: int) -> int:
-    return index // (2 * r.half + 1) - r.half
+    return index // (2 * r.half_x + 1) - r.half_y
 
 
 # --- growing and copying ---------------------------------------------------------------------------------------------

@@ -13,6 +13,7 @@ from origami_lab.game.kernels.undo import note_dtype
 from origami_lab.game.move_table import ACTIONS, table_of
 from origami_lab.search.neighbourhood.changes import Change
 from origami_lab.search.neighbourhood.growth import DEPTHS, Room
+from origami_lab.search.neighbourhood.known_strays import nothing_known
 from origami_lab.search.neighbourhood.one_run import RunDesign
 from origami_lab.search.neighbourhood.relaying import relay
 from origami_lab.search.neighbourhood.threshold import Aim
@@ -48,6 +49,7 @@ class Bench:
             np.empty(ACTIONS, dtype=note_dtype(len(game.angles))),
             np.empty(game.rules.max_legal, dtype=np.int32),
             np.empty((DEPTHS, places), dtype=np.int32),
+            nothing_known(),
         )
 
     @property
@@ -68,7 +70,7 @@ class Bench:
         """Begin with a random start pattern; False if it cost the last interaction."""
         self.begin(angle)
         states = self.positions.states
-        if int(states["phase"][WORK]) == PLACEMENT:
+        while int(states["phase"][WORK]) == PLACEMENT and not self.problem.done:
             legal = self.problem.game.legal(states, WORK)
             self.problem.spend(1)
             step(states, WORK, self.rules, int(legal[self.draws.below(len(legal))]), self.room.legal)

@@ -58,7 +58,7 @@ def cut(design: RunDesign, chosen: int, more: float, draws: Draws) -> Change:
     return Change(design, goes, int(np.argmax(goes)))
 
 
-def shift(design: RunDesign, chosen: int, half: int, flip: float, draws: Draws) -> Change | None:
+def shift(design: RunDesign, chosen: int, half: tuple[int, int], flip: float, draws: Draws) -> Change | None:
     """Shift a vertex of a move to a neighbouring board point, or with probability ``flip`` turn its mode over.
 
     Whatever names the vertex goes with it. None if there is nothing to be changed: no extension, a point off the board,
@@ -77,7 +77,7 @@ def shift(design: RunDesign, chosen: int, half: int, flip: float, draws: Draws) 
     step += step >= 4  # not the middle of the 3×3 points
     points = design.points.copy()
     points[v] += (step % 3 - 1, step // 3 - 1)
-    if v < design.own or abs(points[v]).max() > half:
+    if v < design.own or abs(points[v, 0]) > half[0] or abs(points[v, 1]) > half[1]:
         return None
     return Change(replace(design, points=points), goes, int(first_naming(design.moves, v)))
 

@@ -12,13 +12,27 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from origami_lab.game.kernels.boundary_sources import boundary_action, count_free_segments, free_segment
 from origami_lab.game.kernels.legal_actions import is_selectable
+from origami_lab.game.kernels.outer_panel import outer_panel_collides
 from origami_lab.game.kernels.play import play_action
-from origami_lab.game.kernels.state import NOT_FOLDABLE, RUNNING, SELECTION, Record, States, board_points, point_index
+from origami_lab.game.kernels.state import (
+    NOT_FOLDABLE,
+    RUNNING,
+    SELECTION,
+    THIRD,
+    Record,
+    States,
+    board_points,
+    point_index,
+    point_x,
+    point_y,
+)
 from origami_lab.game.kernels.undo import Notes, play_noted, restore
 from origami_lab.game.move_table import source_is_legal
 from origami_lab.jit import inlined, kernel
 from origami_lab.objectives.coverage_gain import Coverage, cover_panels
+from origami_lab.search.neighbourhood.known_strays import KnownStrays, is_known, learn, list_key, mixed
 from origami_lab.search.neighbourhood.threshold import Aim, child_strays, seam_strays
 from origami_lab.search.random_stream import Actions
 
@@ -47,7 +61,7 @@ class Effort(NamedTuple):
     noise
         Board cells, at most, that are added at random to a leaf's distance from the sample that calls.
     look
-        Whether places that stray are passed over: they are no tries, and no interactions.
+        Whether places that stray, and panels that collide, are passed over: they are no tries, and no interactions.
     """
 
     places: int
@@ -61,7 +75,7 @@ class Effort(NamedTuple):
 
 
 class Room(NamedTuple):
-    """What growth writes to besides the state: notes to take actions back, legal actions, open lists of places.
+    """What growth writes to besides the state: notes to take actions back, legal actions, open lists, known strays.
 
     Each of the :data:`DEPTHS` lists has room for all places that a child of one leaf can have.
     """
@@ -69,6 +83,16 @@ class Room(NamedTuple):
     notes: Notes
     legal: Actions
     lists: NDArray[np.int32]
+    known: KnownStrays
+
+
+@kernel
+def child_fails(s: Record, r: Record, aim: Aim, action: int) -> bool:
+    """Whether an outer child that does not stray has a panel that collides on the way to the run's angle."""
+    if s.phase == THIRD:
+        return False
+    index = action - 2 * board_points(r)
+    return bool(outer_panel_collides(s, r, aim.angle + 1, point_x(r, index), point_y(r, index)))
 
 
 @kernel
@@ -107,13 +131,14 @@ def try_move(
         Draws used in all; actions played or tried; places whose closed form was evaluated.
     """
     t_before = s.n_triangles
-    # of the open list at each depth: its places, those tried, those drawn
+    # of the open list at each depth: its places, those tried, those drawn, what decides where they lie
     counts, tried, drawn = np.empty(DEPTHS, np.int64), np.empty(DEPTHS, np.int64), np.empty(DEPTHS, np.int64)
+    keys = np.empty(DEPTHS, np.int64)
     played, looked = 1, 0
     n = play_noted(s, r, select, room.notes[0], room.legal)
     depth = 0
     room.lists[0, :n] = room.legal[:n]
-    counts[0], drawn[0], tried[0] = n, 0, 0
+    counts[0], drawn[0], tried[0], keys[0] = n, 0, 0, list_key(s, r, aim.angle)
     while True:
         if played >= limit or drawn[depth] >= counts[depth] or tried[depth] >= effort.places:
             # nothing more to be tried here: the action that led here goes back
@@ -128,8 +153,14 @@ def try_move(
         action = room.lists[depth, j]
         room.lists[depth, j], room.lists[depth, at] = room.lists[depth, at], action
         drawn[depth] = at + 1
+        key = mixed(keys[depth], np.int64(action))
+        if is_known(room.known, key, aim.threshold):
+            continue
         looked += 1
-        if child_strays(s, r, aim, action):
+        strays = child_strays(s, r, aim, action)
+        if strays:
+            learn(room.known, key, aim.threshold)
+        if strays or child_fails(s, r, aim, action):
             if not effort.look:
                 # as if it had been played and taken back
                 tried[depth] += 1
@@ -147,7 +178,7 @@ def try_move(
             continue
         depth += 1
         room.lists[depth, :n] = room.legal[:n]
-        counts[depth], drawn[depth], tried[depth] = n, 0, 0
+        counts[depth], drawn[depth], tried[depth], keys[depth] = n, 0, 0, list_key(s, r, aim.angle)
 
 
 @kernel
@@ -185,8 +216,8 @@ def leaf_near(
 
 
 @inlined
-def random_source(s: Record, r: Record, draw: float) -> int:
-    """A random one of the legal actions that lay a driven crease; −1 if there is none."""
+def play_source(s: Record, r: Record, draw: float, most: int) -> int:
+    """Lay a random driven crease with ``most`` actions at most; returns how many were played."""
     n = board_points(r)
     start, end = False, False
     if r.sources and r.order > 1:
@@ -194,11 +225,18 @@ def random_source(s: Record, r: Record, draw: float) -> int:
         while s.next[w] & 7 == 0 and s.next[w] >> 3 != s.head:
             w = s.next[w] >> 3
         start, end = source_is_legal(s, r, s.head, 0), source_is_legal(s, r, w, 1)
-    count = 2 * int(start) + 2 * int(end)
-    if count == 0:
-        return -1
+    on_axes = 2 * int(start) + 2 * int(end)
+    count = on_axes + 2 * count_free_segments(s, r)
     chosen = int(draw * count)
-    return int(3 * n + 1 + chosen + (0 if start else 2))
+    if count == 0 or (chosen >= on_axes and most < 2):
+        return 0
+    if chosen < on_axes:
+        play_action(s, r, 3 * n + 1 + chosen + (0 if start else 2))
+        return 1
+    v = free_segment(s, r, (chosen - on_axes) // 2)
+    play_action(s, r, boundary_action(r) + (chosen - on_axes) % 2)
+    play_action(s, r, 2 * n + point_index(r, s.xy[v, 0], s.xy[v, 1]))
+    return 2
 
 
 @kernel
@@ -254,10 +292,9 @@ def grow(
         used += 5
         v, used = leaf_near(s, r, aim.angle, coverage.samples.triangles[sample, 0], effort.noise, draws, used)
         if v < 0 or lays_source < effort.source:
-            action = random_source(s, r, which)
-            if action >= 0:
-                play_action(s, r, action)
-                played += 1
+            actions = play_source(s, r, which, limit - played)
+            if actions > 0:
+                played += actions
                 continue
             if v < 0:
                 return GROWN, uncovered, failed, used, played, looked

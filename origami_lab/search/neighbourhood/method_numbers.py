@@ -77,8 +77,9 @@ class MethodNumbers:
     panel_spacing
         Spacing of the points inside panels that must not stray either, in board cells, under ``distance=surface``.
     look
-        Whether places that would stray are passed over: masked by their closed form, as the game's own rules are, and
-        no interactions. If not, each of them counts as one.
+        Whether places that would stray, or whose outer panel would collide, are passed over: masked by their closed
+        form, as the game's own rules are, and no interactions. If not, each of them counts as one when it is tried;
+        those that are known to stray are not tried again.
     free
         Without coverage: the probability that nothing is cut away, only added.
     longer

@@ -29,10 +29,10 @@ class NeighbourhoodSearch(MethodNumbers):
         Portfolio(problem, draws, self, improver).search(self._start_alone(problem, improver))
 
     def _start_alone(self, problem: Problem, improver: Covering | Accepting) -> float:
-        """The distance of the start pattern alone, half the board if it has none."""
+        """The distance of the start pattern alone, half the longer side of the board if it has none."""
         bench = improver.bench
         bench.place(improver.angles[-1])
         if problem.done:
             return 0.0
         value = bench.score(WORK)
-        return -value if math.isfinite(value) else float(problem.game.rules.half)
+        return -value if math.isfinite(value) else float(max(problem.game.rules.half))

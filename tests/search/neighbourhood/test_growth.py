@@ -134,6 +134,29 @@ def test_places_that_stray_are_interactions_or_not() -> None:
     assert looking.problem.outcome().places_evaluated == looking.problem.places_evaluated
 
 
+@pytest.mark.parametrize("name", ["bowl", "face", "tilted"])
+@pytest.mark.parametrize("distance", ["vertex", "surface"])
+def test_what_is_known_to_stray_strays(name: str, distance: str) -> None:
+    """A look that remembers finds what one finds that looks at every place anew, and looks less often."""
+
+    def designs(*, forgetful: bool) -> tuple[list[Any], int]:
+        grown = Grown(name, 0, distance=distance, look=True)
+        covering, known, found = grown.covering, grown.covering.bench.room.known, []
+        grown.run.design = grown.design
+        for _ in range(40):
+            if forgetful:
+                known.thresholds[:] = -math.inf
+            if grown.run.design is not None:
+                covering.vary(grown.run)
+            actions = grown.states["actions"][WORK][: int(grown.states["n_actions"][WORK])]
+            found.append((grown.run.threshold, grown.problem.interactions, actions.tolist()))
+        return found, grown.problem.places_evaluated
+
+    (remembered, few), (forgotten, many) = designs(forgetful=False), designs(forgetful=True)
+    assert remembered == forgotten
+    assert few < many
+
+
 def play_relay(grown: Grown, named: list[Move]) -> States:
     """The oracle: moves played one by one through the game's own list, each held against the threshold from scratch."""
     problem, k = grown.problem, grown.run.angle

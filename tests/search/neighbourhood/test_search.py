@@ -154,7 +154,7 @@ def test_no_episode_ends_inside_an_extension() -> None:
 
 def test_without_dense_checks_nothing_is_refused() -> None:
     game, refused = Game(9, "none", Square(1)), 0
-    for seed in (2, 3):
+    for seed in (4, 17):
         checked = found(game, ShapeObjective(pyramid()), 6000, seed)
         assert found(game, ShapeObjective(pyramid()), 6000, seed, certify=False).rejected == 0
         refused += checked.rejected
