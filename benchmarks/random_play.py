@@ -56,6 +56,7 @@ KINDS = (
     "leaf on end",
     "source start",
     "source end",
+    "source on boundary",
     "mode -",
     "mode +",
     "taken back",  # by the growing driver
@@ -68,7 +69,7 @@ def classify(s: Record, r: Record, counts: NDArray[np.int64]) -> None:
     """Count what kind of extension the selected leaf, its outer children chosen, is about to have."""
     v = s.selected
     counts[0] += 1
-    counts[13 if s.mode < 0 else 14] += 1
+    counts[14 if s.mode < 0 else 15] += 1
     x, y = s.xy[v, 0], s.xy[v, 1]
     merges = np.zeros(2, np.bool_)
     for side in range(2):
@@ -125,7 +126,7 @@ def play_counted(
             taken_back += 1
             copy_state(s, spare[0])
             counts[:] = before
-            counts[15] += 1
+            counts[16] += 1
             n = settle(s, r, legal)
         if n == 0:
             break
@@ -135,8 +136,8 @@ def play_counted(
         if s.phase == SELECTION:
             copy_state(spare[0], s)
             before[:] = counts
-            if action > terminate and action < terminate + 5:
-                counts[11 if action < terminate + 3 else 12] += 1
+            if action > terminate:
+                counts[11 if action < terminate + 3 else 12 if action < terminate + 5 else 13] += 1
         elif s.phase == THIRD:
             v = s.selected
             middles[done, 0], middles[done, 1] = s.xy[v, 0], s.xy[v, 1]
@@ -202,6 +203,7 @@ class Configuration:
     board: int | tuple[int, int]
     length: float | None
     growing: bool = False
+    sources: bool | str = True
 
     def game(self, capacity: int | None = None) -> Game:
         start, _ = STARTS[self.start]
@@ -212,6 +214,7 @@ class Configuration:
             board_width=width,
             board_height=height,
             max_crease_length=self.length,
+            source_action=self.sources,
             capacity=capacity,
         )
 
@@ -222,8 +225,9 @@ class Configuration:
 
     def __str__(self) -> str:
         length = "∞" if self.length is None else f"{self.length:g}"
+        anywhere = " sources" if self.sources == "boundary" else ""
         board = f"{self.board:>2}" if isinstance(self.board, int) else "{}x{}".format(*self.board)
-        return f"{self.symmetry:>4} {self.start} {board} {length:>3}{' grow' if self.growing else ''}"
+        return f"{self.symmetry:>4} {self.start} {board} {length:>3}{' grow' if self.growing else ''}{anywhere}"
 
 
 def configurations(growing: bool) -> Iterator[Configuration]:
@@ -235,6 +239,8 @@ def configurations(growing: bool) -> Iterator[Configuration]:
             for board in (9, 13, 25, *sides):
                 for length in (None, 2.9):
                     yield Configuration(symmetry, start, board, length, growing)
+                    if start in ("square", "any-crease", "bare-panel"):
+                        yield Configuration(symmetry, start, board, length, growing, "boundary")
 
 
 def _flipped_differs(game: Game, states: States, flipped: States, i: int, legal: Actions) -> str:

@@ -15,6 +15,7 @@ from importlib import import_module
 from pathlib import Path
 
 from origami_lab.about import __version__
+from origami_lab.addresses import hidden, hidden_word
 from origami_lab.commands import COMMANDS
 from origami_lab.errors import EXIT_INPUT, EXIT_INTERNAL, EXIT_INTERRUPTED, InputError, internal_error
 from origami_lab.streams import make_robust, trouble_of_output
@@ -38,6 +39,12 @@ FLAGS = (
 )
 
 
+SECRET_TYPED = (
+    "the command holds an address with a password, a token or a query, which others on this machine can see while it"
+    " runs; it is written nowhere (docs/tracking.md says where else to give it)"
+)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code.
 
@@ -55,7 +62,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return code
 
 
-def _run(arguments: list[str]) -> int:
+def _run(typed: list[str]) -> int:
+    arguments = [hidden_word(word) for word in typed]
+    if typed != arguments:
+        print(f"warning: {SECRET_TYPED}", file=sys.stderr)
     try:
         return _dispatch(arguments)
     except SystemExit as ended:  # argparse's: --help, or it has said what is wrong
@@ -68,8 +78,8 @@ def _run(arguments: list[str]) -> int:
         return EXIT_INPUT
     except Exception as error:
         if _wants_traceback(arguments):
-            traceback.print_exc()
-        line = internal_error(type(error).__name__, str(error), traceback.format_exc())
+            sys.stderr.write(hidden(traceback.format_exc()))
+        line = internal_error(type(error).__name__, hidden(str(error)), hidden(traceback.format_exc()))
         print(f"error: {line}", file=sys.stderr)
         return EXIT_INTERNAL
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 
+from origami_lab.addresses import hidden
 from origami_lab.text import first_line, one_line, shorten
 
 EXIT_OK, EXIT_FAILED, EXIT_INPUT, EXIT_INTERNAL, EXIT_INTERRUPTED = 0, 1, 2, 70, 130
@@ -28,7 +29,10 @@ class InputError(ValueError):
 
     def __init__(self, field: str, value: object, expected: str) -> None:
         self.field, self.value, self.expected = field, value, expected
-        super().__init__(one_line(f"{shorten(field)}={shorten(value)}: {expected}"))
+        key, given = shorten(field), hidden(str(value))
+        if key.endswith(("uri", "storage")):
+            given = given.partition("?")[0]
+        super().__init__(one_line(hidden(f"{key}={shorten(given)}: {expected}")))
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, object, str]]:
         return type(self), (self.field, self.value, self.expected)

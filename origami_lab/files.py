@@ -11,6 +11,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+LARGEST_TABLE = 256 * 2**20
+"""Bytes of a table: a hundred thousand trials are a tenth of that."""
 LARGEST_JSON = 64 * 2**20
 """Bytes of a JSON file: the record of a study of thousands of trials is a few megabytes."""
 
@@ -178,6 +180,8 @@ def regular_bytes(path: str | os.PathLike[str], most: int) -> bytes:
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0))
     with os.fdopen(descriptor, "rb") as stream:
         state = os.fstat(descriptor)
+        if stat.S_ISDIR(state.st_mode):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
         if not stat.S_ISREG(state.st_mode):
             raise OSError(errno.EINVAL, f"is {kind_of_file(state.st_mode)}, must be a file", str(path))
         content = stream.read(most + 1)

@@ -1,11 +1,12 @@
-"""One line, nearest word, no passwords."""
+"""Texts for people: in one line, with the nearest word, without secrets."""
 
 from __future__ import annotations
 
 import difflib
-import re
 import shlex
 from collections.abc import Iterable, Sequence
+
+from origami_lab.addresses import hidden, hidden_word
 
 
 def shorten(value: object, most: int = 200) -> str:
@@ -26,15 +27,9 @@ def nearest(word: str, words: Iterable[str]) -> str:
     return f"; did you mean {found[0]}?" if found else ""
 
 
-def without_password(uri: str) -> str:
-    """The same address, for people."""
-    # a password may hold any character, so all up to the last @ goes
-    return re.sub(r"(?i)(password=)[^&\s]*", r"\1...", re.sub(r"//\S*@", "//", uri))
-
-
 def command_text(command: Sequence[str]) -> str:
-    """A command for people and records: without the passwords in its addresses."""
-    return shlex.join(map(without_password, command))
+    """A command for people and records: without the secrets in its addresses."""
+    return shlex.join(hidden(hidden_word(word)) for word in command)
 
 
 def first_line(text: str) -> str:

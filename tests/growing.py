@@ -25,6 +25,9 @@ GAMES: dict[str, tuple[int | tuple[int, int], str, Start, float | None]] = {
     "rectangle y": (11, "y", Rectangle(), None),
     "any crease": (9, "none", Crease(ends="choose"), 4.0),
     "panel": (11, "y", Panel(((0, 2), (-2, 1), (-1, -2), (1, -2), (2, 1)), (1, 0, -1, 0, 1)), None),
+    "boundary": (11, "none", Square("choose"), 4.0),
+    "boundary y": (11, "y", Crease("choose"), None),
+    "boundary xy": (9, "xy", Rectangle(), None),
     "bare": (11, "y", Panel(((0, 2), (-2, 1), (-1, -2), (1, -2), (2, 1)), (0, 0, 1, 0, 0)), None),
 }
 """Board, symmetry, start and maximum crease length: one game for each kind of boundary."""
@@ -32,7 +35,8 @@ GAMES: dict[str, tuple[int | tuple[int, int], str, Start, float | None]] = {
 
 def make(name: str) -> Game:
     board, symmetry, start, length = GAMES[name]
-    return on_board(board, symmetry, start, max_crease_length=length)
+    sources = "boundary" if name.startswith("boundary") else True
+    return on_board(board, symmetry, start, max_crease_length=length, source_action=sources)
 
 
 def on_board(board: int | tuple[int, int], *rules: Any, **settings: Any) -> Game:

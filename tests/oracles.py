@@ -104,6 +104,8 @@ class BoardSheet:
     symmetry: str
     max_length: float | None
     sources_allowed: bool = True
+    anywhere: bool = False
+    """Whether sources may be laid on any boundary segment, too."""
     ring: list[Point] = field(default_factory=list)
     incoming: dict[Point, list[Point]] = field(default_factory=dict)
     """Creases into each leaf, counter-clockwise from its next side to its prev side: their other ends."""
@@ -241,6 +243,15 @@ class BoardSheet:
                     out.add((v, "start"))
                 if following in images and frozenset((v, following)) not in self.driven:
                     out.add((v, "end"))
+        return out
+
+    def boundary_sources(self) -> set[Point]:
+        """Playable leaves whose segment to the next one, playable too, has no source yet."""
+        out = set()
+        for v in self.ring:
+            following = self.neighbours(v)[1]
+            if self.playable(v) and self.playable(following) and frozenset((v, following)) not in self.driven:
+                out.add(v)
         return out
 
     def near_side(self, v: Point) -> str | None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from origami_lab.commands.parser import Parser
 
 if TYPE_CHECKING:
     from origami_lab.tracking.mlflow_log import MlflowLog
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
 def main(arguments: Sequence[str]) -> int:
     """Serve the store until Ctrl-C, or push run folders to theirs; returns the exit code."""
-    parser = argparse.ArgumentParser("origami-lab dashboard", description="Open the results in MLflow's pages.")
+    parser = Parser("origami-lab dashboard", description="Open the results in MLflow's pages.")
     parser.add_argument("directory", nargs="?", default=".", help="where results/mlflow.db is (default: here)")
     parser.add_argument("--uri", help="any MLflow store instead, e.g. sqlite:///other.db")
     parser.add_argument("--host", default="127.0.0.1", help="address to listen on (default: this machine only)")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import platform
@@ -19,17 +18,18 @@ from urllib.parse import unquote, urlparse
 from urllib.request import urlopen
 
 from origami_lab.about import PACKAGE, __version__
+from origami_lab.addresses import without_secrets
+from origami_lab.commands.parser import Parser
 from origami_lab.errors import EXIT_FAILED, EXIT_OK, InputError
 from origami_lab.files import is_writable, nearest_existing
 from origami_lab.machine import WORKER_BYTES, container_cores, free_memory, usable_cores
-from origami_lab.text import without_password
 from origami_lab.tracking.store import DEFAULT_STORE, SERVERS, check_store, sqlite_file
 
 
 def main(arguments: Sequence[str]) -> int:
     """Print one line a check; returns 1 if there is a problem, else 0."""
     description = "Check the installation, the machine, and the folder that experiments run in. Changes nothing."
-    parser = argparse.ArgumentParser("origami-lab doctor", description=description)
+    parser = Parser("origami-lab doctor", description=description)
     parser.add_argument("directory", nargs="?", default=".", help="where experiments are to run (default: here)")
     parser.add_argument("--uri", help="the MLflow store of tracking.uri (default: results/mlflow.db)")
     parser.add_argument("--json", action="store_true", help="for machines")
@@ -211,9 +211,9 @@ def _kernels() -> Iterator[Found]:
 
     if remark := kernel_cache().remark:
         yield NOTE, remark
-    folder = cache_folder()
-    if folder is None:
         return
+    folder = cache_folder()
+    assert folder is not None
     if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
         yield NOTE, "NUMBA_DISABLE_JIT is set: kernels run as plain Python, far slower"
         return
@@ -251,9 +251,9 @@ def _tracking(directory: Path, uri: str | None) -> Iterator[Found]:
     if file is not None:
         yield _database(file.absolute(), "the first run with this tracking.uri makes it")
     elif uri.startswith(SERVERS):
-        yield _server(without_password(uri))
+        yield _server(without_secrets(uri))
     else:
-        yield NOTE, f"{without_password(uri)}: only sqlite:/// and http(s):// are looked at here"
+        yield NOTE, f"{without_secrets(uri)}: only sqlite:/// and http(s):// are looked at here"
 
 
 def _database(path: Path, hint: str) -> Found:

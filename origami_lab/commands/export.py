@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 
 from origami_lab.commands import number, whole
+from origami_lab.commands.parser import Parser
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -14,7 +15,7 @@ def main(arguments: Sequence[str]) -> int:
     from origami_lab.export.formats import FORMATS, export_design
 
     formats = "\n".join(f"  {name:<5} {known.says}" for name, known in FORMATS.items())
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         "origami-lab export",
         description="Write a design in other formats:\n" + formats,
         formatter_class=argparse.RawDescriptionHelpFormatter,

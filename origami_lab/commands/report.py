@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from origami_lab.commands import number
+from origami_lab.commands.parser import Parser
 from origami_lab.errors import InputError
 
 
 def main(arguments: Sequence[str]) -> int:
     """Write the report and say where it is; returns the exit code."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         "origami-lab report",
         description="Compare runs: tables of returns and interactions, learning curves, a gallery, on one page.",
     )

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from origami_lab.commands import whole
+from origami_lab.commands.parser import Parser
 
 if TYPE_CHECKING:
     from origami_lab.experiment.reworked_designs import Reworked
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 def rework_parser(command: str, description: str, best: int) -> argparse.ArgumentParser:
     """A parser that knows the arguments of both commands; ``best`` is how many designs of a run they take."""
-    parser = argparse.ArgumentParser(f"origami-lab {command}", description=description)
+    parser = Parser(f"origami-lab {command}", description=description)
     parser.add_argument(
         "path", metavar="PATH", help="the folder of a trial (seed=N) or of a run, or a FOLD file of ours"
     )

@@ -17,7 +17,9 @@ def main(arguments: Sequence[str]) -> int:
         best=1,
     )
     parser.add_argument(
-        "--tolerance", metavar="T", help="what the return may fall by in all, in cells for shapes (default: 0.005)"
+        "--tolerance",
+        metavar="T",
+        help="what the return may fall by in all and any point of a target get further away, in cells (default: 0.005)",
     )
     given = parser.parse_args(arguments)
     from origami_lab.experiment.reworked_designs import Reworked, simplify_saved

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from origami_lab.commands.parser import Parser
 from origami_lab.errors import EXIT_FAILED
 from origami_lab.files import expanded
 
@@ -18,7 +19,7 @@ storage=postgresql://USER@HOST/NAME. See docs/sweeps.md."""
 
 def main(arguments: Sequence[str]) -> int:
     """Run a sweep to its end, or go on with it; returns the exit code."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         "origami-lab sweep",
         description="Tune a searcher: one Optuna study, declared in a YAML file.",
         epilog=EPILOG,

@@ -21,6 +21,7 @@ from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 from omegaconf.grammar_parser import parse
 
+from origami_lab.addresses import keep
 from origami_lab.config.bounded_yaml import yaml_text
 from origami_lab.config.option_files import NOT_IN_FILES, is_ours
 from origami_lab.errors import InputError
@@ -58,6 +59,7 @@ class _CheckedFiles(FileConfigSource):
             yaml_text("configuration", file)
         result = super().load_config(config_path)
         _check(file, config_path, result)
+        result.config = _without_secrets(result.config)
         return result
 
 
@@ -82,6 +84,21 @@ def _check(file: object, config_path: str, result: ConfigResult) -> None:
             for text in [str(key) for key in entry] if isinstance(entry, Mapping) else [str(entry)]:
                 _refuse(file, re.split(r"[\s./@:]+", text))
     check_interpolations(f"configuration {file}", content)
+
+
+def _without_secrets(config: Any) -> Any:
+    """The file's settings without the secrets in addresses, which are noted: Hydra writes and shows what it reads."""
+
+    def cleaned(value: Any) -> Any:
+        if isinstance(value, dict):
+            return {key: cleaned(item) for key, item in value.items()}
+        if isinstance(value, list):
+            return [cleaned(item) for item in value]
+        return keep(value) if isinstance(value, str) and "://" in value and "${" not in value else value
+
+    content = OmegaConf.to_container(config, resolve=False)
+    found = cleaned(content)
+    return config if found == content else OmegaConf.create(found)
 
 
 def _refuse(file: object, names: Sequence[Any] | Mapping[Any, Any]) -> None:

@@ -15,6 +15,7 @@ from hydra.errors import (
 )
 from omegaconf.errors import OmegaConfBaseException
 
+from origami_lab.addresses import hidden
 from origami_lab.config.option_files import groups, has_key, options_of, own_keys
 from origami_lab.errors import InputError
 from origami_lab.text import first_line, nearest
@@ -52,7 +53,9 @@ def explain(
         return InputError("hydra.run.dir", error.filename, f"must be a folder that can be written ({error.strerror})")
     if isinstance(error, OverrideParseException):
         key, _, value = str(error.override).partition("=")
-        return InputError(key, value, f"cannot be read: {first_line(error.message)}; quote special characters")
+        # the parser quotes parts of what it stumbled over
+        said = "" if hidden(value) != value else f": {first_line(error.message)}"
+        return InputError(key, value, f"cannot be read{said}; quote special characters")
     mark = getattr(error, "problem_mark", None)  # PyYAML's, in a file of the user's
     if mark is not None:
         problem = getattr(error, "problem", None) or "not YAML"

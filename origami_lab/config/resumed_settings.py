@@ -31,8 +31,9 @@ def _with_old_objective(settings: Settings, begun: Node) -> Settings:
     """The settings with what an objective meant by arguments that it did not have, where that is another today."""
     before = begun.get("objective") or {}
     name = public_target(str(before.get("_target_")))
-    old = {key: LATER_ARGUMENTS[name][key] for key in OTHER_TODAY.get(name, ()) if key not in before}
-    if not old or public_target(str(settings.objective.get("_target_"))) != name:
+    old = {key: LATER_ARGUMENTS[name][key] for key in OTHER_TODAY.get(name, ())}
+    was_said = begun.get("folder_format", 1) != 1  # today's folders say it
+    if not old or was_said or public_target(str(settings.objective.get("_target_"))) != name:
         return settings
     written = {**settings.config, "objective": {**settings.config["objective"], **old}}
     return replace(settings, objective={**settings.objective, **old}, config=written)

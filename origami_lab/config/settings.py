@@ -12,6 +12,7 @@ from typing import Annotated, Any
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
+from origami_lab.addresses import keep
 from origami_lab.checks import Choice, Flag, Folder, Number, Section, Whole, Word, check
 from origami_lab.config.checked_values import Packages, Part, ReportOrder, Seeds, Tracking
 from origami_lab.config.earlier_versions import as_of_today
@@ -87,6 +88,7 @@ def read_settings(config: DictConfig) -> Settings:
     values = as_of_today(_plain(config))
     check_format(values)
     _check_keys(values)
+    values = _without_secrets(values)
     checked = {**values, "game": _rules(values), "config": values}
     checked["seeds_given"] = checked.pop("seed", 0) is not None
     if "seed" in values:
@@ -101,6 +103,14 @@ def read_settings(config: DictConfig) -> Settings:
     objective = {key: value for key, value in settings.objective.items() if key != "target"}
     task = _task(settings.task, settings.target)
     return replace(settings, task=task, target=target, objective=objective, config=written)
+
+
+def _without_secrets(values: dict[str, Any]) -> dict[str, Any]:
+    """The configuration as it may be written down; the store's whole address is noted for when it is opened."""
+    tracking = values.get("tracking")
+    if isinstance(tracking, Mapping) and isinstance(tracking.get("uri"), str):
+        return {**values, "tracking": {**tracking, "uri": keep(tracking["uri"])}}
+    return values
 
 
 def _check_keys(values: Node) -> None:

@@ -6,6 +6,7 @@ import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from origami_lab.addresses import hidden_word
 from origami_lab.config.compose import check_texts, compose_settings, working_directory_importable
 from origami_lab.errors import InputError
 from origami_lab.experiment.runner import Experiment, run_experiment
@@ -48,7 +49,7 @@ def run(overrides: Sequence[str] = (), *, config_dir: str | os.PathLike[str] | N
     """
     from rich.console import Console
 
-    given = _checked(overrides)
+    given = [hidden_word(text) for text in _checked(overrides)]
     own = None if config_dir is None else expanded(config_dir)
     if own is not None and not own.is_dir():
         raise InputError("config_dir", own, "there is no such folder")

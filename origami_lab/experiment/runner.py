@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -23,6 +25,8 @@ from origami_lab.experiment.trial_pool import Event, TrialPool
 from origami_lab.experiment.trial_worker import Failed, Finished
 from origami_lab.runs.run_folder import NO_ROOM, FolderError, RunFolder, read_summary
 from origami_lab.runs.trial_row import TrialRow
+from origami_lab.runs.whereabouts import Whereabouts
+from origami_lab.tracking.store import from_here
 from origami_lab.tracking.tracker import PATIENCE_SECONDS, Tracker, check_tracking, make_tracker
 from origami_lab.workers.interrupts import Interrupts
 
@@ -81,7 +85,7 @@ def run_experiment(
     with interrupts or Interrupts() as interrupts, TrialPool(settings) as pool:
         # the workers import while the parent imports and checks its input
         parts = build_parts(settings)
-        with RunFolder.opened(settings) as folder:
+        with RunFolder.opened(settings) as folder, Whereabouts(folder.path) as place:
             resumed = folder.has_begun
             rows = folder.known_rows()
             settings = _with_seeds_on_disk(settings, folder, rows)
@@ -98,7 +102,7 @@ def run_experiment(
                     display.note(f"{searched} of {len(settings.seeds)} trials are on disk{remainder}")
                 for remark in remarks(settings, parts) if settings.verbosity != "quiet" else ():
                     display.note(remark)
-                record = _Record(settings, folder, rows, display, command, parts.target, trouble)
+                record = _Record(settings, folder, place, rows, display, command, parts.target, trouble)
                 try:
                     if record.begun:
                         _play(pool, folder, todo, record, display, interrupts)
@@ -178,6 +182,7 @@ class _Record:
         self,
         settings: Settings,
         folder: RunFolder,
+        place: Whereabouts,
         rows: dict[int, TrialRow],
         display: Display,
         command: Sequence[str],
@@ -185,7 +190,7 @@ class _Record:
         trouble: str,
     ) -> None:
         self.units_per_cell = None if target is None else target.units_per_cell
-        self.settings, self.folder, self.rows = settings, folder, rows
+        self.settings, self.folder, self.place, self.rows = settings, folder, place, rows
         self.display, self.command = display, command
         self.trouble = trouble
         """Why the folder could not be written, if that cost something."""
@@ -222,7 +227,8 @@ class _Record:
     def _end(self, seed: int, row: TrialRow) -> None:
         self.rows[seed] = row
         with suppress(OSError):  # the last one counts
-            self.folder.write_trials(self.rows.values())
+            if not self.place.has_moved:  # another folder may be there now
+                self.folder.write_trials(self.rows.values())
         self.tracker.trial(seed)
 
     def ordered(self) -> tuple[TrialRow, ...]:
@@ -236,6 +242,8 @@ class _Record:
             summary["units_per_cell"] = self.units_per_cell
         if self.begun:
             try:
+                if self.place.has_moved:
+                    raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
                 self.folder.write_trials(self.rows.values())
                 self.folder.write_summary(summary)
             except OSError as error:
@@ -246,7 +254,13 @@ class _Record:
 
     def _what_now(self) -> str:
         path, seeds = self.folder.path, len(self.settings.seeds)
-        kept = sum(row.spent_budget for row in self.folder.rows().values())
+        now = self.place.now()
+        kept = 0 if now is None else sum(row.spent_budget for row in RunFolder(now).rows().values())
+        if now is not None and self.place.has_moved:
+            return (
+                f"error: {path} could not be written: it was moved to {now} while the trials ran; {kept} of {seeds}"
+                f" trials kept there; the same command with resume=true output={now} runs the rest"
+            )
         remedy = "make room" if self.trouble in NO_ROOM else "mend that"
         return (
             f"error: {path} could not be written: {self.trouble}; {kept} of {seeds} trials kept; "
@@ -281,4 +295,7 @@ def _with_seeds_on_disk(settings: Settings, folder: RunFolder, rows: Mapping[int
         asked = set(seeds) if settings.seeds_given else set()
         seeds = tuple(sorted(asked | rows.keys() | set(parse_seeds(folder.config().get("seed")))))
     config = {**settings.config, "seed": format_seeds(seeds), "output": None, "resume": False}
+    tracking = config.get("tracking")
+    if isinstance(tracking, dict) and isinstance(tracking.get("uri"), str):  # where a copy of the project has its own
+        config["tracking"] = {**tracking, "uri": from_here(tracking["uri"])}
     return replace(settings, seeds=seeds, config=config)

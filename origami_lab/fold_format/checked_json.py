@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.errors import InputError
+from origami_lab.files import regular_bytes
+from origami_lab.text import one_line
 
 Array = NDArray[np.float64]
 Face = tuple[int, ...]
@@ -41,7 +43,7 @@ class CheckedJson:
             size = self.path.stat().st_size
             if size > self.largest:
                 self.refuse(f"{size} bytes", f"must be at most {self.largest} bytes")
-            text = self.path.read_text(encoding="utf-8-sig")
+            text = regular_bytes(self.path, self.largest).decode("utf-8-sig")
         except OSError as error:
             self.refuse(error.strerror or type(error).__name__, "must be a FOLD file that can be read")
         except UnicodeDecodeError:
@@ -182,4 +184,6 @@ def brief(value: object) -> str:
 
 def line(value: object) -> str:
     """A title as one line of sane length; empty where it is no text."""
-    return " ".join(value.split())[:120].encode("utf-8", "replace").decode() if isinstance(value, str) else ""
+    if not isinstance(value, str):
+        return ""
+    return one_line(" ".join(value[:10_000].split())[:120].encode("utf-8", "replace").decode())

@@ -23,6 +23,7 @@ from origami_lab.fold_format.fold_file import FoldFile, FoldFrame
 from origami_lab.fold_format.keys import ACTIONS, ANGLE, CREATOR, DRIVEN, METADATA, MODE
 from origami_lab.fold_format.reader import read_fold
 from origami_lab.game.crease_pattern import BOUNDARY, FLAT, CreasePattern
+from origami_lab.text import one_line
 
 __all__ = ["FoldFile", "FoldFrame", "as_fold_file", "fold_title", "read_fold", "to_fold", "write_fold"]
 
@@ -100,11 +101,11 @@ def write_fold(path: str | os.PathLike[str], design: CreasePattern | FoldFile) -
 def fold_title(metadata: Mapping[str, object]) -> str:
     """A title from the facts of a trial: ``title`` itself, or for instance "bowl, bfts, seed 3"."""
     if metadata.get("title"):
-        return str(metadata["title"])
+        return one_line(str(metadata["title"]))
     parts = [str(metadata[key]) for key in ("task", "search") if metadata.get(key) not in (None, "")]
     if metadata.get("seed") is not None:
         parts.append(f"seed {metadata['seed']}")
-    return ", ".join(parts) or "rigid origami"
+    return one_line(", ".join(parts)) or "rigid origami"
 
 
 def _frame(fold: FoldFile, frame: FoldFrame, whole: list[str]) -> dict[str, Any]:

@@ -42,7 +42,8 @@ class Game:
     max_crease_length
         In board cells; None for no limit. Start patterns are exempt.
     source_action
-        Whether driven creases may be laid during the game.
+        Where driven creases may be laid during the game: False for nowhere, ``"axis"`` or True for the segments between
+        a leaf and its mirror image, ``"boundary"`` for any boundary segment that has no crease.
     driving_angle_max, driving_angle_count
         Largest driving angle in degrees and how many equally spaced angles up to it decide.
     driving_angle_fixed
@@ -65,7 +66,7 @@ class Game:
         board_width: int | None = None,
         board_height: int | None = None,
         max_crease_length: float | None = None,
-        source_action: bool = True,
+        source_action: bool | str = True,
         driving_angle_max: float = DEFAULT_MAX_ANGLE,
         driving_angle_count: int = 10,
         driving_angle_fixed: float | Literal["start"] | None = None,

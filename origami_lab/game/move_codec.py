@@ -8,6 +8,7 @@ import numpy as np
 
 from origami_lab.game.kernels import play
 from origami_lab.game.kernels.boundary import NEXT, near_side, tail
+from origami_lab.game.kernels.boundary_sources import boundary_action
 from origami_lab.game.kernels.start_corners import start_corners
 from origami_lab.game.kernels.state import (
     CREASE,
@@ -33,6 +34,8 @@ def encode(rules: Rules, move: Move, states: States, i: int = 0) -> list[int]:
         return [3 * points + 5 + 2 * option + (move.sign > 0)]
     if isinstance(move, Lay):
         return _encode_lay(rules, move)
+    if isinstance(move, Source) and move.end == "next":
+        return [int(boundary_action(rules.record[0])) + (move.sign > 0), 2 * points + _index(rules, move.leaf)]
     if isinstance(move, Source):
         return [3 * points + 1 + 2 * (move.end == "end") + (move.sign > 0)]
     leaf = _leaf(states, i, move.leaf)
@@ -46,17 +49,22 @@ def encode(rules: Rules, move: Move, states: States, i: int = 0) -> list[int]:
 def decode(rules: Rules, actions: Sequence[int], states: States) -> list[Move]:
     """The moves that legal actions make up, played on from a state; an incomplete extension is left out."""
     out: list[Move] = []
+    begins_source = int(boundary_action(rules.record[0]))
     for action in actions:
         phase = int(states["phase"][0])
         head_tail = _ends(states) if phase == SELECTION else None
         before = states if phase == SELECTION else states.copy()
         n_before = int(states["n_extensions"][0])
         rules.play(states, int(action))
-        if phase == PLACEMENT:
+        if phase == PLACEMENT and int(before["n_vertices"][0]):
+            out.append(Source(_point(rules, int(action) - 2 * rules.points), "next", int(before["mode"][0])))
+        elif phase == PLACEMENT:
             if int(action) >= 3 * rules.points:
                 out.append(_placed(rules, before, int(action) - 3 * rules.points - 5))
         elif phase == SELECTION and action == 3 * rules.points:
             out.append(Terminate())
+        elif phase == SELECTION and action >= begins_source:
+            continue  # its place follows
         elif phase == SELECTION and action > 3 * rules.points and head_tail is not None:
             option = int(action) - 3 * rules.points - 1
             out.append(Source(head_tail[option // 2], ("start", "end")[option // 2], 1 if option % 2 else -1))

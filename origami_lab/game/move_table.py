@@ -12,11 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.game.kernels.boundary import NEXT, PREV, tail
+from origami_lab.game.kernels.boundary_sources import boundary_action, segment_is_free
 from origami_lab.game.kernels.legal_actions import is_selectable, location_is_legal, source_fits
 from origami_lab.game.kernels.play import leaf_at, play_action
 from origami_lab.game.kernels.start_corners import pick_is_legal
 from origami_lab.game.kernels.state import (
     NOT_FOLDABLE,
+    ON_BOUNDARY,
     PLACEMENT,
     RUNNING,
     SELECTION,
@@ -29,6 +31,8 @@ from origami_lab.game.kernels.undo import Notes, restore, write_note
 from origami_lab.jit import inlined, kernel
 
 PLACE, EXTEND, SOURCE = 0, 1, 2
+NEXT_LEAF = 2
+"""The option of a source on the boundary inside the domain."""
 
 MOVE = np.dtype(
     (
@@ -42,7 +46,8 @@ MOVE = np.dtype(
                 ("first", np.int32),
                 ("second", np.int32),  # −1, too, for a leaf on an axis: its other outer child is an image
                 ("middle", np.int32),
-                ("option", np.int32),  # a placement's option, or a source's end: 0 start, 1 end
+                # a placement's option, or a source's end: 0 start, 1 end, 2 from the leaf to the next one, "first"
+                ("option", np.int32),
             ],
             align=True,
         ),
@@ -97,6 +102,11 @@ def read_moves(states: States, i: int, rules: States, origin: States, moves: Mov
                 move.second = vertex_at[s.actions[a + 2] - 2 * n]
                 move.middle = vertex_at[s.actions[a + 3] - 2 * n]
                 a, crease = a + 4, crease + 3
+        elif action >= boundary_action(r):
+            move.kind, move.option = SOURCE, NEXT_LEAF
+            move.leaf, move.sign = s.creases[crease, 0] >> 3, s.driven[crease]
+            move.first = s.creases[crease, 1] >> 3
+            a, crease = a + 2, crease + 1
         elif action < 3 * n + 5:
             move.kind = SOURCE
             move.leaf, move.sign = s.creases[crease, 0] >> 3, s.driven[crease]
@@ -127,7 +137,12 @@ def play_noted_only(s: Record, r: Record, action: int, note: Record) -> None:
 
 @kernel
 def source_is_legal(s: Record, r: Record, v: int, end: int) -> bool:
-    """Whether a driven crease may be laid between leaf v and its mirror image across that end of the domain."""
+    """Whether a driven crease may be laid between leaf v and its mirror image across that end of the domain.
+
+    Or between v and the next leaf.
+    """
+    if end == NEXT_LEAF:
+        return r.sources == ON_BOUNDARY and segment_is_free(s, r, v)
     if not r.sources or r.order == 1:
         return False
     if end == 0:
@@ -170,6 +185,13 @@ def lay_move(s: Record, r: Record, move: Record, points: Points, notes: Notes) -
     if move.kind == SOURCE:
         if not source_is_legal(s, r, v, move.option):
             return False, 0
+        if move.option == NEXT_LEAF:
+            w = s.next[v] >> 3
+            if s.xy[w, 0] != points[move.first, 0] or s.xy[w, 1] != points[move.first, 1]:
+                return False, 0
+            play_noted_only(s, r, boundary_action(r) + bit, notes[0])
+            play_noted_only(s, r, 2 * n + point_index(r, x, y), notes[1])
+            return True, 2
         play_noted_only(s, r, 3 * n + 1 + 2 * move.option + bit, notes[0])
         return True, 1
     if not is_selectable(s, r, v) or (s.axis[v] > 0) != (move.second < 0):
@@ -201,6 +223,9 @@ def replay_move(s: Record, r: Record, move: Record, points: Points) -> None:
             if v >= 0:
                 play_action(s, r, 2 * n + point_index(r, points[v, 0], points[v, 1]))
         play_action(s, r, 3 * n + 5 + 2 * move.option + bit)
+    elif move.kind == SOURCE and move.option == NEXT_LEAF:
+        play_action(s, r, boundary_action(r) + bit)
+        play_action(s, r, 2 * n + point_index(r, points[move.leaf, 0], points[move.leaf, 1]))
     elif move.kind == SOURCE:
         play_action(s, r, 3 * n + 1 + 2 * move.option + bit)
     else:
@@ -222,6 +247,8 @@ def loosen(loose: Flags, move: Record) -> None:
     """Mark the vertices that lose a crease when a move goes: what grows from them goes, too."""
     if move.kind == SOURCE:
         loose[move.leaf] = 1
+        if move.first >= 0:
+            loose[move.first] = 1
     elif move.kind == EXTEND:
         loose[move.first] = loose[move.middle] = 1
         if move.second >= 0:
@@ -231,6 +258,8 @@ def loosen(loose: Flags, move: Record) -> None:
 @inlined
 def hangs_loose(loose: Flags, move: Record) -> bool:
     """Whether a move is about a vertex that has lost a crease."""
+    if move.kind == SOURCE and move.first >= 0 and loose[move.first] != 0:
+        return True
     return move.kind != PLACE and loose[move.leaf] != 0
 
 

@@ -54,7 +54,11 @@ class Extend:
 
 @dataclass(frozen=True)
 class Source:
-    """Lay a driven crease between ``leaf`` and its mirror image across the domain's axis ``end`` ("start" or "end")."""
+    """Lay a driven crease on the boundary.
+
+    It lies between ``leaf`` and its mirror image across the domain's axis ``end``, ``"start"`` or ``"end"``; or between
+    it and the next leaf, counter-clockwise: ``"next"``.
+    """
 
     leaf: Point
     end: str

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
-from origami_lab.checks import Choice, Flag, Number, Odd, Whole, check
+from origami_lab.checks import REFUSED, Choice, Kind, Number, Odd, Whole, check
 from origami_lab.errors import InputError
 
 SYMMETRIES = ("none", "x", "y", "xy", "xyd")
@@ -34,6 +34,17 @@ KEYS = {
 """The settings by their names in Python, as the user writes them."""
 
 
+class _Sources(Kind):
+    """Where driven creases may be laid later: False, True for on axes, or boundary."""
+
+    expected = "must be false, axis (or true) or boundary"
+
+    def take(self, value: Any) -> Any:
+        if value == "axis":
+            return True
+        return value if isinstance(value, bool) or value == "boundary" else REFUSED
+
+
 @dataclass(frozen=True)
 class RuleSettings:
     """The settings of a game's rules; :class:`~origami_lab.game.Game` explains them."""
@@ -45,7 +56,7 @@ class RuleSettings:
     max_crease_length: Annotated[
         float | None, Number(1, 1e6, "must be at least 1 (a board cell), or null for no limit")
     ]
-    source_action: Annotated[bool, Flag()]
+    source_action: Annotated[bool | Literal["boundary"], _Sources()]
     driving_angle_max: Annotated[float, Number(0, 180, _HALF_TURN, between=True)]
     driving_angle_count: Annotated[int, Whole(1, 100)]
     driving_angle_fixed: Annotated[

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from origami_lab.errors import InputError
 from origami_lab.game.kernels import play
-from origami_lab.game.kernels.state import DEFAULT_VERTICES, States, rules_dtype, state_dtype
+from origami_lab.game.kernels.state import DEFAULT_VERTICES, ON_AXES, ON_BOUNDARY, States, rules_dtype, state_dtype
 from origami_lab.game.rule_settings import RuleSettings
 from origami_lab.game.start_patterns import Start
 from origami_lab.geometry.groups import GROUPS
@@ -69,8 +69,9 @@ class Rules:
         self.capacity = settings.capacity if settings.capacity is not None else DEFAULT_VERTICES
         self.start.check_symmetry(settings.symmetry)
         placements = self.start.placements(self.half)
-        self.n_actions = 3 * self.points + 5 + 2 * len(placements)
-        self.max_legal = max(2 * self.points + 5, 2 * len(placements))
+        on_boundary = settings.source_action == "boundary"
+        self.n_actions = 3 * self.points + 5 + 2 * len(placements) + 2 * on_boundary
+        self.max_legal = max(2 * self.points + 7, 2 * len(placements))
         self.dtype = state_dtype(self.capacity, count)
         self.record = self._record(settings, placements, collisions)
         fixed = settings.driving_angle_fixed
@@ -90,7 +91,8 @@ class Rules:
         rules["start_mirror"], rules["end_mirror"] = group.start_mirror, group.end_mirror
         longest = settings.max_crease_length
         rules["max_length_sq"] = math.inf if longest is None else longest**2 + 1e-9
-        rules["sources"], rules["collisions"] = settings.source_action, collisions
+        sources = ON_BOUNDARY if settings.source_action == "boundary" else int(settings.source_action) * ON_AXES
+        rules["sources"], rules["collisions"] = sources, collisions
         rules["start"], rules["first_placement"] = self.start.kind, placements.start
         rules["n_placements"] = len(placements)
         for name, value in self.start.fields(self.half, group).items():
@@ -130,7 +132,7 @@ class Rules:
 
         With ``shortest_motion`` one driving angle is enough.
         """
-        rules = self.replaced(max_length_sq=math.inf, sources=1)
+        rules = self.replaced(max_length_sq=math.inf, sources=ON_BOUNDARY)
         return rules.replaced(min_reach=1) if shortest_motion else rules
 
     def legal(self, states: States, i: int = 0) -> Actions:

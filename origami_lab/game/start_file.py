@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from origami_lab.errors import InputError
-from origami_lab.files import expanded
+from origami_lab.files import expanded, regular_bytes
 from origami_lab.game.moves import Extend, Lay, Move, Place, Point, Source, Terminate, move_from_dict
 
 PATTERNS = Path(__file__).parent / "patterns"
@@ -103,7 +103,7 @@ def read_pattern(path: str | os.PathLike[str]) -> SavedPattern:
     try:
         if file.stat().st_size > _LARGEST:
             refuse(f"is larger than {_LARGEST >> 20} MB")
-        saved = json.loads(file.read_text(encoding="utf-8"))
+        saved = json.loads(regular_bytes(file, _LARGEST))
     except OSError as error:
         refuse(f"cannot be read ({error.strerror})")
     except (ValueError, RecursionError) as error:
@@ -174,7 +174,7 @@ def _is_sound(move: object) -> bool:
         case Extend(leaf, mode, a, b, c):
             return mode in (-1, 1) and all(_is_point(point) for point in (leaf, a, b, c))
         case Source(leaf, end, sign):
-            return _is_point(leaf) and end in ("start", "end") and sign in (-1, 1)
+            return _is_point(leaf) and end in ("start", "end", "next") and sign in (-1, 1)
     return isinstance(move, Terminate)
 
 

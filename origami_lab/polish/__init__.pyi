@@ -2,11 +2,13 @@
 
 from .pattern_measures import PatternFigures, pattern_figures
 from .polisher import Polished, polish_design
-from .simplifier import Simplified, simplify_design
+from .simplifier import GameDesign, PolishedDesign, Simplified, simplify_design
 
 __all__ = [
+    "GameDesign",
     "PatternFigures",
     "Polished",
+    "PolishedDesign",
     "Simplified",
     "pattern_figures",
     "polish_design",

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from origami_lab.errors import InputError
 from origami_lab.game.game import Game
-from origami_lab.game.kernels.state import PANEL, States, rules_dtype, state_dtype
+from origami_lab.game.kernels.state import ON_BOUNDARY, PANEL, States, rules_dtype, state_dtype
 from origami_lab.game.kernels.undo import note_dtype
 from origami_lab.game.move_table import ACTIONS, EXTEND, MOVE, PLACE, Moves, Points, read_moves
 from origami_lab.game.moves import Lay, Move
@@ -176,6 +176,7 @@ def _fine_rules(game: Game, finer: int, placement: Move) -> States:
         rules["sides"][:, :count] = placement.signs
     rules["min_reach"] = ANGLES
     rules["max_length_sq"] = (float(own["max_length_sq"]) - 1e-9) * finer**2 + 1e-9
-    rules["max_length_sq"][[EXEMPT, EXEMPT_STRICT]], rules["sources"][[EXEMPT, EXEMPT_STRICT]] = math.inf, 1
+    exempt = [EXEMPT, EXEMPT_STRICT]
+    rules["max_length_sq"][exempt], rules["sources"][exempt] = math.inf, ON_BOUNDARY
     rules["collisions"][[LOOSE, EXEMPT]] = 0
     return rules

@@ -6,6 +6,7 @@ from typing import get_args
 
 import numpy as np
 
+from origami_lab.game.kernels.state import States
 from origami_lab.objectives.shape import Distance, ShapeEvaluator, ShapeObjective
 from origami_lab.polish.finer_board import ANGLES, FineBoard
 from origami_lab.polish.laid_design import laid_in_cells
@@ -13,9 +14,13 @@ from origami_lab.polish.laid_design import laid_in_cells
 
 def own_return(board: FineBoard, angle: float, objective: ShapeObjective, evaluator: ShapeEvaluator) -> float:
     """The return of a design at a driving angle in radians, as its objective has it, compactness included."""
-    states = laid_in_cells(board, angle)
-    distance = evaluator.measure(states, 0, ANGLES - 1, objective.distance)
-    positions = states["position"][0][: int(states["n_vertices"][0]), ANGLES - 1]
+    return return_at(laid_in_cells(board, angle), ANGLES - 1, objective, evaluator)
+
+
+def return_at(states: States, k: int, objective: ShapeObjective, evaluator: ShapeEvaluator) -> float:
+    """The return of the first position, laid in cells, at driving angle k."""
+    distance = evaluator.measure(states, 0, k, objective.distance)
+    positions = states["position"][0][: int(states["n_vertices"][0]), k]
     return -distance - objective.compactness * float(np.linalg.norm(positions, axis=1).max())
 
 

@@ -15,27 +15,30 @@ from origami_lab.errors import InputError
 from origami_lab.game.crease_pattern import CreasePattern
 from origami_lab.game.game import Game
 from origami_lab.game.kernels.play import copy_to
+from origami_lab.game.kernels.state import States
 from origami_lab.game.kernels.undo import note_dtype
 from origami_lab.game.move_table import ACTIONS, PLACE, lay_rest, table_of
 from origami_lab.game.start_laying import empty_board
-from origami_lab.objectives.objective import bind
-from origami_lab.objectives.shape import ShapeObjective
+from origami_lab.geometry.bvh import build_bvh, distances
+from origami_lab.objectives.objective import NO_SCORE, Score, bind
+from origami_lab.objectives.shape import ShapeEvaluator, ShapeObjective
 from origami_lab.polish.finer_board import ANGLES, STRICT, FineBoard
 from origami_lab.polish.flat_creases import without_flat_creases
 from origami_lab.polish.laid_design import folded_design
 from origami_lab.polish.lay_kernel import lay_design
-from origami_lab.polish.measured import own_return
+from origami_lab.polish.measured import own_return, return_at
 from origami_lab.polish.pattern_measures import PatternFigures, pattern_figures
 from origami_lab.search.dense_check import certified_reach
 from origami_lab.verification.certificate import CERTIFIED, Certificate
 from origami_lab.verification.verify_design import verify
 
 TOLERANCE = 0.005
-"""What a simplified design may lose, in the objective's unit: board cells for shapes."""
+"""What a simplified design may lose, in the objective's unit: board cells for shapes, at each point of the target."""
 EQUAL = 1e-9
 """Losses that differ by no more are equal."""
 
 Flags = NDArray[np.int8]
+Points3D = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +56,9 @@ class Thinned:
 
 class Thinnable(Protocol):
     """A design whose moves can be left out."""
+
+    samples: Points3D
+    """(n, 3) points of the target that must stay as near to the sheet as they are; none without a target."""
 
     @property
     def moves(self) -> int:
@@ -86,10 +92,11 @@ class Simplified:
 
 
 def simplify_design(whole: Thinnable, tolerance: float = TOLERANCE) -> Simplified:
-    """Take out extensions as long as the return falls by at most a tolerance in all, then creases that stay flat.
+    """Take out extensions as long as a tolerance in all is kept, then creases that stay flat.
 
-    A source without anything on it goes, too. The move whose loss costs least goes first; of equal ones the one that
-    leaves the widest narrow panel.
+    The return may fall by the tolerance, and no point of a target may get further from the sheet by more: the return of
+    a shape is one distance, the largest, and says nothing of all that is nearer. A source without anything on it goes,
+    too. The move whose loss costs least goes first; of equal ones the one that leaves the widest narrow panel.
 
     Raises
     ------
@@ -101,6 +108,7 @@ def simplify_design(whole: Thinnable, tolerance: float = TOLERANCE) -> Simplifie
     start = whole.without(np.zeros(whole.moves, dtype=np.int8))
     if start is None:
         raise InputError("design", "whole", "must fold without collisions before it can be simplified")
+    near = distances_to(start.design, whole.samples)
     found = [start]
     while True:
         here = found[-1]
@@ -111,12 +119,14 @@ def simplify_design(whole: Thinnable, tolerance: float = TOLERANCE) -> Simplifie
             goes = here.goes.copy()
             goes[m] = 1
             left = whole.without(goes)
-            if left is not None and left.value >= start.value - tolerance:
-                candidates.append(left)
-        if not candidates:
+            cost = math.inf if left is None else start.value - left.value
+            if left is not None and cost <= tolerance:
+                cost = max(cost, float((distances_to(left.design, whole.samples) - near).max(initial=0.0)))
+                candidates.append((cost, left))
+        least = min((cost for cost, _ in candidates), default=math.inf)
+        if least > tolerance:
             break
-        most = max(left.value for left in candidates)
-        equal = [left for left in candidates if left.value >= most - EQUAL]
+        equal = [left for cost, left in candidates if cost <= min(least + EQUAL, tolerance)]
         found.append(max(equal, key=lambda left: (pattern_figures(left.design).smallest_width, left.goes.sum())))
     for left in reversed(found):
         for design in (without_flat_creases(left.design), left.design):
@@ -135,8 +145,24 @@ def simplify_design(whole: Thinnable, tolerance: float = TOLERANCE) -> Simplifie
     raise InputError("design", "whole", f"must be certified before it can be simplified: {certificate.reason}")
 
 
+def distances_to(design: CreasePattern, samples: Points3D) -> NDArray[np.float64]:
+    """(n,) how far points are from the sheet as it is folded at the design's best driving angle, in cells."""
+    triangles = np.ascontiguousarray(design.folded[design.best][design.triangles])
+    return np.asarray(distances(build_bvh(triangles), samples))
+
+
+def samples_of(objective: Any) -> Points3D:
+    """(n, 3) the points of an objective's target that a sheet is to cover; none where there is no target."""
+    if not isinstance(objective, ShapeObjective):
+        return np.zeros((0, 3))
+    return np.ascontiguousarray(objective.cover.triangles[:, 0])
+
+
 class GameDesign:
-    """A design of the game: what is left of it is one, too, with actions of its own."""
+    """A design of the game: what is left of it is one, too, with actions of its own.
+
+    Under a shape its driving angle stays: what is left of the sheet is where it was.
+    """
 
     def __init__(
         self,
@@ -146,7 +172,11 @@ class GameDesign:
         metadata: Mapping[str, object] | None = None,
     ) -> None:
         self._game, self._evaluator, self._facts = game, bind(objective, game), dict(metadata or {})
+        self.samples, self._objective, self._angle = samples_of(objective), objective, None
         states = game.replay(actions)
+        if type(objective) is ShapeObjective:
+            angle = self._score(states).angle
+            self._angle = angle if angle >= 0 else None
         self._origin = game.new_states(1) if game.start_moves else empty_board(game.rules)
         self._moves, self._points = table_of(states, game.rules.record, self._origin)
         self._states = game.new_states(1)
@@ -168,8 +198,7 @@ class GameDesign:
         lay_rest(states, 0, game.rules.record, self._moves, self._points, goes, self._notes, kept)
         if int(states["n_extensions"][0]) == 0:
             return None
-        memos = self._evaluator.new_memos(1)
-        score = self._evaluator.score(states, memos, 0)
+        score = self._score(states)
         if score.angle < 0:
             return None
         actions = game.finished_actions(states)
@@ -179,6 +208,14 @@ class GameDesign:
         # frames beyond the angle that it is used at are of no use, and were not checked
         motion = game.motion(actions, game.angles[: score.angle + 1], facts)
         return Thinned(score.value, 1 - kept, replace(motion, actions=actions))
+
+    def _score(self, states: States) -> Score:
+        """The score of a finished position; of a shape at the design's own driving angle."""
+        if self._angle is not None and isinstance(self._evaluator, ShapeEvaluator):
+            if int(states["reach"][0]) <= self._angle:
+                return NO_SCORE
+            return Score(return_at(states, self._angle, self._objective, self._evaluator), self._angle)
+        return self._evaluator.score(states, self._evaluator.new_memos(1), 0)
 
 
 class PolishedDesign:
@@ -192,7 +229,7 @@ class PolishedDesign:
         metadata: Mapping[str, object] | None = None,
     ) -> None:
         self._board, self._angle, self._objective = board, angle, objective
-        self._facts = dict(metadata or {})
+        self._facts, self.samples = dict(metadata or {}), samples_of(objective)
         self._evaluator = objective.bind(board.game)
         self._first = max(1, board.layout.exempt)
 

@@ -7,13 +7,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from urllib.parse import quote
 
 from origami_lab.drawing.viewer import viewer_page, viewer_script
 from origami_lab.errors import InputError
 from origami_lab.export.svg import svg_text
+from origami_lab.file_names import POLISHED
+from origami_lab.fold_format.fold_file import FoldFile
 from origami_lab.fold_format.motion_frames import read_motion
+from origami_lab.fold_format.writer import read_fold
 from origami_lab.report.gallery import Shape, read_target_of
 from origami_lab.report.run_groups import Heading
 from origami_lab.report.run_reader import Trial
@@ -35,6 +39,8 @@ class DesignFiles:
     """None where there is none."""
     verdict: str
     """One of ``VERDICTS``, what its row says where there is no certificate, or :data:`UNKNOWN`."""
+    polished: str | None = None
+    """The viewer of the design that was polished off the grid; None where there is none."""
 
 
 def write_designs(
@@ -60,12 +66,28 @@ def write_designs(
         if text is not None:
             files[f"{name}.json"] = text
         address = quote(name)
+        polished = _polished(shape.trial)
+        if polished is not None:
+            files[f"{name}-polished.html"] = viewer_page(polished, target, script=SCRIPT)
         found[row, column] = DesignFiles(
-            f"{address}.html", f"{address}.svg", None if text is None else f"{address}.json", verdict
+            f"{address}.html",
+            f"{address}.svg",
+            None if text is None else f"{address}.json",
+            verdict,
+            None if polished is None else f"{address}-polished.html",
         )
     if found:
         files[f"{DESIGNS}/{SCRIPT}"] = viewer_script()
     return found
+
+
+def _polished(trial: Trial) -> FoldFile | None:
+    """A trial's polished design, if its row has one that can be read."""
+    if trial.row.polished_return is None:
+        return None
+    with suppress(InputError):
+        return read_fold(trial.folder / f"{POLISHED}.fold")
+    return None
 
 
 def _certificate(trial: Trial) -> tuple[str | None, str]:

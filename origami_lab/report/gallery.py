@@ -51,6 +51,12 @@ class Shape:
     def caption(self) -> str:
         return f"{number(self.trial.value, 4)}, seed {self.trial.seed}"
 
+    @property
+    def polished(self) -> str:
+        """The return of the polished design, as a text; empty if there is none."""
+        value = self.trial.row.polished_return
+        return "" if value is None else f"polished {number(value, 4)}"
+
 
 @dataclass(frozen=True, eq=False)
 class DrawnMotion:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from origami_lab.errors import InputError
+from origami_lab.files import LARGEST_TABLE, regular_bytes
 from origami_lab.runs.trial_row import Spread
 
 PAPER = Path(__file__).with_name("paper.csv")
@@ -49,7 +51,7 @@ def read_beside(name: str) -> dict[tuple[str, str, str], Known]:
     """
     path = PAPER if name == "paper" else Path(name)
     try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
+        with io.StringIO(regular_bytes(path, LARGEST_TABLE).decode("utf-8-sig"), newline="") as file:
             reader = csv.DictReader(file)
             lacking = [column for column in COLUMNS if column not in (reader.fieldnames or ())]
             if lacking:

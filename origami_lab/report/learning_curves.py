@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from matplotlib.ticker import PercentFormatter
 from numpy.typing import NDArray
 
 from origami_lab.drawing.figures import INK, QUIET, new_figure
+from origami_lab.files import LARGEST_TABLE, regular_bytes
 from origami_lab.report.run_groups import Groups, Heading
 from origami_lab.report.run_reader import Note, Trial
 from origami_lab.runs.trial_row import NO_DESIGN
@@ -79,7 +81,8 @@ def _improvements(trial: Trial) -> tuple[NDArray[np.int64], NDArray[np.float64]]
     """Interactions and best return of each improvement."""
     if trial.status == NO_DESIGN:  # what all its episodes brought
         return np.zeros(1, dtype=np.int64), np.array([trial.value])
-    with (trial.folder / "curve.csv").open(newline="", encoding="utf-8") as file:
+    text = regular_bytes(trial.folder / "curve.csv", LARGEST_TABLE).decode("utf-8")
+    with io.StringIO(text, newline="") as file:
         rows = [(int(row["interactions"]), float(row["return"])) for row in csv.DictReader(file)]
     if not rows or not all(math.isfinite(value) for _, value in rows):
         raise ValueError("no improvement")

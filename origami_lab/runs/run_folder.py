@@ -28,6 +28,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from origami_lab.addresses import hidden, keep
 from origami_lab.config.config_file import config_text, read_config_file
 from origami_lab.config.earlier_versions import as_of_today, with_public_targets
 from origami_lab.config.node import FREE_TO_CHANGE, Node, check_format, flatten
@@ -267,7 +268,7 @@ class RunFolder:
 
     def write_error(self, seed: int, traceback: str) -> Path:
         path = error_file(self.path, seed)
-        write_whole(path, traceback, sync=True)
+        write_whole(path, hidden(traceback), sync=True)
         return path
 
     @contextmanager
@@ -378,6 +379,8 @@ def read_note(folder: Path) -> dict[str, Any]:
         content = read_json(folder / TRACKING)
     except (OSError, ValueError):
         return {}
+    if isinstance(content, dict) and isinstance(content.get("uri"), str):  # version 0.1.0 wrote what it was given
+        content["uri"] = keep(content["uri"])
     return content if isinstance(content, dict) else {}
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import MappingProxyType, NoneType
 from typing import Any, get_args, get_type_hints
 
-from origami_lab.files import read_json
+from origami_lab.files import LARGEST_TABLE, read_json, regular_bytes
 
 VERDICTS = CERTIFIED, REFUTED, UNDECIDED = "certified", "refuted", "not certifiable"
 """Verdicts of certificates; those of :mod:`origami_lab.verification.certificate`."""
@@ -250,7 +250,7 @@ def read_trials(path: Path) -> list[TrialRow]:
     ValueError
         If it is damaged.
     """
-    with path.open(newline="", encoding="utf-8") as file:
+    with io.StringIO(regular_bytes(path, LARGEST_TABLE).decode("utf-8"), newline="") as file:
         return [
             TrialRow.from_values({name: _value(name, cell) for name, cell in row.items() if name in KINDS})
             for row in csv.DictReader(file)

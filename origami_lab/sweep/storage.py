@@ -19,11 +19,11 @@ from optuna.storages.journal import JournalFileBackend
 from optuna.storages.journal._file import get_lock_file
 from sqlalchemy.exc import DBAPIError, InterfaceError, OperationalError, PendingRollbackError, SQLAlchemyError
 
+from origami_lab.addresses import hidden, whole, without_secrets
 from origami_lab.errors import InputError
 from origami_lab.files import expanded, require_no_link
 from origami_lab.runs.run_folder import FolderError
 from origami_lab.sweep.sweep_config import GONE_PRUNER, Declaration
-from origami_lab.text import without_password
 from origami_lab.tracking.sqlite_address import why_no_file, why_not_shared
 from origami_lab.tracking.store import cause_of
 
@@ -74,7 +74,7 @@ class JournalFile(JournalFileBackend):
 
 def storage_name(declaration: Declaration) -> str:
     """The storage for people: a file or an address, without its password."""
-    return without_password(declaration.storage or str(declaration.folder / JOURNAL))
+    return hidden(without_secrets(declaration.storage or str(declaration.folder / JOURNAL)))
 
 
 def open_storage(declaration: Declaration, patience: float = 0.0) -> BaseStorage:
@@ -93,7 +93,7 @@ def open_storage(declaration: Declaration, patience: float = 0.0) -> BaseStorage
         If it does not answer.
     """
     optuna.logging.set_verbosity(optuna.logging.ERROR)
-    text = declaration.storage
+    text = None if declaration.storage is None else whole(declaration.storage)
     scheme, separator, rest = (text or "").partition("://")
     shown = storage_name(declaration)
     if not separator:
@@ -153,7 +153,7 @@ def explain(error: Exception, shown: str) -> str:
     """The trouble of a storage, in one line."""
     cause = error.__cause__ or error
     lines = [line for line in str(cause).splitlines() if line.strip()] or [type(cause).__name__]
-    return f"the storage {shown} {cause_of(str(cause), shown) or 'failed: ' + lines[0][:300]}"
+    return f"the storage {shown} {cause_of(str(cause), shown) or 'failed: ' + hidden(lines[0])[:300]}"
 
 
 @contextmanager

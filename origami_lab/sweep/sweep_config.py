@@ -15,6 +15,7 @@ from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 from pydantic import BeforeValidator
 
+from origami_lab.addresses import keep
 from origami_lab.checks import REFUSED, Choice, ExistingFolder, Folder, Section, Text, Whole, Word, check, wrong
 from origami_lab.config.bounded_yaml import yaml_text
 from origami_lab.config.checked_files import check_interpolations
@@ -166,6 +167,9 @@ def read_declaration(file: Path, changes: Sequence[str] = ()) -> Declaration:
         If a key is unknown or missing, or a value is not what it must be; it names the key.
     """
     values = _changed(_load(file), [change for change in changes if not change.startswith("trust=")])
+    for place, key in ((values, "storage"), (values.get("tracking"), "uri")):
+        if isinstance(place, dict) and isinstance(place.get(key), str):
+            place[key] = keep(place[key])
     trusted = [change for change in changes if change.startswith("trust=")]
     trust = Packages().take(_changed({}, trusted)["trust"]) if trusted else ()
     if trust is REFUSED:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from origami_lab.errors import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK
+from origami_lab.runs.whereabouts import Whereabouts
 from origami_lab.sweep.shared_study import SharedStudy
 from origami_lab.sweep.storage import PATIENCE, explain, in_plain_words, is_away, storage_name
 from origami_lab.sweep.sweep_config import Declaration
@@ -54,7 +55,7 @@ def run_sweep(declaration: Declaration, console: Console, command: Sequence[str]
     check_sweep_tracking(declaration)
     with Interrupts() as interrupts, in_plain_words(declaration):
         study = SharedStudy(declaration)
-        with SweepDisplay(console, quiet, len(declaration.seeds)) as display:
+        with Whereabouts(declaration.folder) as place, SweepDisplay(console, quiet, len(declaration.seeds)) as display:
             standing = study.look()
             display.resume(standing.slots, declaration.trials)
             study.write_record(standing)
@@ -67,7 +68,11 @@ def run_sweep(declaration: Declaration, console: Console, command: Sequence[str]
                     display.say("leaving at once")
                 interrupts.limit = None
             for error in pool.errors[:1]:
-                display.say(f"error: {error.error}; what was played is kept, the same command goes on")
+                kept = "what was played is kept, the same command goes on"
+                if place.has_moved:
+                    now = place.now()
+                    kept = "the folder and what was played is gone" if now is None else f"it was moved to {now}"
+                display.say(f"error: {error.error}; {kept}")
             study.release()
             standing = study.look()
             display.show(standing.slots, warm=True)

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.errors import InputError
-from origami_lab.files import expanded
+from origami_lab.files import expanded, regular_bytes
 from origami_lab.targets.mesh_formats import READERS
 from origami_lab.targets.mesh_formats.gltf import whole_gltf
 from origami_lab.targets.mesh_formats.polygons import triangulate
@@ -80,7 +80,7 @@ def read_mesh(path: Path, max_faces: int, as_first: bool = False) -> tuple[Array
     if kind not in formats:
         raise InputError("target.path", path, f"unknown kind of mesh file: must end in .{', .'.join(formats)}")
     try:
-        data = path.read_bytes()
+        data = regular_bytes(path, limit)
         if kind in GLTF and not as_first:
             data = whole_gltf(kind, data)
         triangles, vertices = _promised(kind, data)
@@ -257,7 +257,7 @@ class _Neighbours(dict[str, Any]):
             raise ValueError(f"{name} is outside its folder")
         if not file.is_file() or file.stat().st_size > self._limit:
             raise ValueError(f"{name} is missing, no file or too large")
-        return file.read_bytes()
+        return regular_bytes(file, self._limit)
 
     def get(self, name: str, default: Any = None) -> Any:
         return self[name]

@@ -5,18 +5,22 @@ from __future__ import annotations
 import os
 import signal
 import socket
+import sqlite3
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
+from origami_lab.addresses import hidden, whole
 from origami_lab.caches import homeless
 from origami_lab.errors import InputError
+from origami_lab.tracking.moved_store import ARTIFACTS, take_along
 from origami_lab.tracking.store import (
-    ARTIFACTS,
     DEFAULT_STORE,
+    LOCK_SECONDS,
     QUIET,
     StoreError,
     cause_of,
@@ -88,14 +92,22 @@ def serve_dashboard(store: str, host: str, port: int, say: Callable[[str], None]
         probe(store)
     except StoreError as error:
         return 1, str(error)
-    command = [sys.executable, "-m", "mlflow", "server", "--backend-store-uri", store]
+    command = [sys.executable, "-m", "mlflow", "server"]
+    environment = {**os.environ, **homeless(), **LIGHT}
+    environment["MLFLOW_BACKEND_STORE_URI"] = whole(store)  # not in the command, which all can see
     command += ["--host", host, "--port", str(port), "--workers", "1", "--uvicorn-opts", "--log-level warning"]
     if (file := sqlite_file(store)) is not None:
+        with suppress(sqlite3.Error):  # one that can only be read is shown as it is
+            take_along(file, LOCK_SECONDS)
         command += ["--default-artifact-root", (file.absolute().parent / ARTIFACTS).as_uri()]
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as output:
         # a session of its own: Ctrl-C reaches us only, and we end all of it
         server = subprocess.Popen(
-            command, env={**os.environ, **homeless(), **LIGHT}, stdout=output, stderr=output, start_new_session=True
+            command,
+            env=environment,
+            stdout=output,
+            stderr=output,
+            start_new_session=True,
         )
         before = {number: signal.signal(number, signal.default_int_handler) for number in ENDING}
         try:
@@ -119,7 +131,7 @@ def _reason(output: str, store: str) -> str:
     if cause := cause_of(output, store):
         return f"{shown(store)} {cause}"
     lines = [line.strip() for line in output.splitlines() if line.strip()]
-    return f"MLflow's server ended{': ' + lines[-1] if lines else ''}"[:300]
+    return hidden(f"MLflow's server ended{': ' + lines[-1] if lines else ''}")[:300]
 
 
 def _answers(host: str, port: int) -> bool:

@@ -20,12 +20,13 @@ from urllib.error import HTTPError
 from urllib.parse import urlsplit
 from urllib.request import Request, urlopen
 
+from origami_lab.addresses import hidden, whole, without_secrets
 from origami_lab.caches import homeless
 from origami_lab.errors import InputError
 from origami_lab.files import replacing
 from origami_lab.runs.run_folder import RESULTS
-from origami_lab.text import without_password
 from origami_lab.tracking.mlflow_limits import artifact_folder
+from origami_lab.tracking.moved_store import ARTIFACTS, take_along
 from origami_lab.tracking.sqlite_address import why_not_shared
 
 if TYPE_CHECKING:
@@ -33,8 +34,6 @@ if TYPE_CHECKING:
     from mlflow.entities import Run
 
 DEFAULT_STORE = RESULTS / "mlflow.db"
-ARTIFACTS = "mlartifacts"
-"""The folder beside an SQLite store for files of the runs."""
 SERVERS = ("http", "https")
 SCHEMES = (*SERVERS, "sqlite", "postgresql", "mysql", "mssql", "databricks", "databricks-uc", "uc")
 ANSWER_SECONDS = 10
@@ -97,18 +96,26 @@ def absolute_uri(uri: str) -> str:
     return uri if file is None or file.is_absolute() else uri.replace(str(file), str(file.absolute()), 1)
 
 
+def from_here(uri: str) -> str:
+    """The same store, named from the working directory if it is inside it."""
+    file = sqlite_file(uri)
+    inside = file is not None and file.is_absolute() and file.is_relative_to(Path.cwd())
+    return uri.replace(str(file), str(file.relative_to(Path.cwd())), 1) if file is not None and inside else uri
+
+
 def shown(uri: str) -> str:
     """The name of a store in messages, without passwords."""
     if (file := sqlite_file(uri)) is not None:
         inside = file.is_relative_to(Path.cwd())
         return f"the store {file.relative_to(Path.cwd()) if inside else file}"
-    return ("the server " if uri.startswith(SERVERS) else "the store ") + without_password(uri)
+    return ("the server " if uri.startswith(SERVERS) else "the store ") + hidden(without_secrets(uri))
 
 
 def how_to_look(uri: str) -> str:
     """The way to look at a store: a command, or the address of a server."""
     if uri.startswith(SERVERS):
-        return without_password(uri)
+        return hidden(without_secrets(uri))
+    uri = without_secrets(uri)
     return "origami-lab dashboard" if uri == default_uri() else f"origami-lab dashboard --uri {shlex.quote(uri)}"
 
 
@@ -162,7 +169,7 @@ def probe(uri: str) -> None:
         file = sqlite_file(uri)
         if uri.startswith(SERVERS):
             try:
-                request = Request(without_password(uri).rstrip("/") + "/health")
+                request = Request(without_secrets(uri).rstrip("/") + "/health")
                 urlopen(request, timeout=ANSWER_SECONDS).close()
             except HTTPError as error:  # 404 and the like: it lives, and mlflow will say more
                 if error.code >= 500:
@@ -181,7 +188,7 @@ def explain(error: Exception, uri: str) -> str:
     """Say in one line what is wrong, most often with the store; then it starts with its name."""
     if isinstance(error, StoreError | InputError):
         return str(error)
-    return f"{shown(uri)} {cause_of(str(error), uri) or f'failed: {_first_line(error)}'}"
+    return f"{shown(uri)} {cause_of(str(error), uri) or f'failed: {hidden(_first_line(error))}'}"
 
 
 def cause_of(text: str, uri: str) -> str | None:
@@ -189,7 +196,7 @@ def cause_of(text: str, uri: str) -> str | None:
     for pattern, meaning in CAUSES:
         if re.search(pattern, text, re.IGNORECASE):
             if "another version" in meaning:
-                meaning += f" (after a backup: mlflow db upgrade {uri})"
+                meaning += f" (after a backup: mlflow db upgrade {without_secrets(uri)})"
             return meaning
     return None
 
@@ -213,7 +220,8 @@ def open_client(uri: str) -> MlflowClient:
         file = sqlite_file(uri)
         if file is not None and not file.name.startswith("file:"):
             create_database(file)
-        return MlflowClient(tracking_uri=uri)
+            take_along(file, LOCK_SECONDS)
+        return MlflowClient(tracking_uri=whole(uri))
 
 
 def experiment_id(client: MlflowClient, uri: str, name: str) -> str:

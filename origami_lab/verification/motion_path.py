@@ -24,7 +24,7 @@ SAME_STATE, _EXACTLY = 1e-4, 1e-7
 _LOOSE = 1e-10
 """A smallest singular value that counts as 0 all along an interval."""
 _AT_BRANCH = 1e-6
-"""Radians of driving angle to which a branch point is enclosed."""
+"""Radians of driving angle to which a branch point is enclosed at most."""
 _HALVINGS = 20
 
 
@@ -209,7 +209,8 @@ def _two_branches(
     while high[0].driving - low[0].driving > _AT_BRANCH:
         middle = (low[0].driving + high[0].driving) / 2.0
         one, other = (_found_between(motion, nodes, middle) for nodes in known)
-        if one is None or other is None:  # the solver does not resolve the branch point itself
+        # so near the branch point that the solver does not resolve it, or knows its states and speeds but roughly
+        if one is None or other is None or max(_sharpness(motion, one), _sharpness(motion, other)) > _EXACTLY:
             break
         if apart((one, other)) * apart(low) > 0.0:
             low = (one, other)

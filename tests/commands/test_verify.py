@@ -89,6 +89,7 @@ def test_hostile(spoil: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str])
     assert len(capsys.readouterr().err.splitlines()) == 1
 
 
+_TRIANGLE = '"edges_vertices":[[0,1],[1,2],[2,0]]'
 FLOOD = {
     "a million edges": '{"vertices_coords":[[0,0],[1,0],[0,1]],"edges_vertices":[' + "[0,1]," * 1_000_000 + "[1,2]]}",
     "a million frames": '{"vertices_coords":[[0,0],[1,0],[0,1]],"edges_vertices":[[0,1]],"file_frames":['
@@ -98,6 +99,23 @@ FLOOD = {
     "NaN": '{"vertices_coords":[[NaN,0],[1,0],[0,1]],"edges_vertices":[[0,1],[1,2],[2,0]]}',
     "1e308": '{"vertices_coords":[[1e308,0],[-1e308,0],[0,1e308]],"edges_vertices":[[0,1],[1,2],[2,0]]}',
     "too long": "[" + "0," * 2**24 + "0]",
+    "400 digits": '{"vertices_coords":[[1' + "0" * 400 + ",0],[1,0],[0,1]]," + _TRIANGLE + "}",
+    "a million digits": '{"vertices_coords":[[' + "1" * 1_000_000 + ",0],[1,0],[0,1]]," + _TRIANGLE + "}",
+    "1e999": '{"vertices_coords":[[1e999,0],[1,0],[0,1]],' + _TRIANGLE + "}",
+    "a vertex of 30 digits": '{"vertices_coords":[[0,0],[1,0],[0,1]],"edges_vertices":[[0,'
+    + "9" * 30
+    + "],[1,2],[2,0]]}",
+    "deep objects": '{"a":' * 300_000 + "1" + "}" * 300_000,
+    "100 MB of text": '{"file_title":"'
+    + "x" * 100_000_000
+    + '","vertices_coords":[[0,0],[1,0],[0,1]],'
+    + _TRIANGLE
+    + "}",
+    "a long face": '{"vertices_coords":[[0,0],[1,0],[0,1]],'
+    + _TRIANGLE
+    + ',"faces_vertices":[['
+    + "0,1,2," * 800_000
+    + "0]]}",
 }
 
 

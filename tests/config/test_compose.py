@@ -69,6 +69,8 @@ def test_every_option_becomes_objects(group: str, option: str, mesh: Path) -> No
         overrides.append("symmetry=y")
     if option == "chair":
         overrides.append("board=13x13")
+    if option == "panel":
+        overrides.append("start.corners=[[2,0],[0,2],[-2,0],[0,-2]]")
     if option == "ppo":
         pytest.importorskip("sb3_contrib", reason="needs the extra ppo")
     if (group, option) == ("start", "file"):

@@ -51,6 +51,9 @@ from tests.known_designs.varied_games import CHAIR, CUBE, PYRAMID, chair_game, c
     ({"driving_angle_fixed": 0}, "driving_angle.fixed"),
     ({"driving_angle_count": 0}, "driving_angle.count"),
     ({"stuck": "maybe"}, "stuck"),
+    ({"source_action": "everywhere"}, "source_action"),
+    ({"source_action": 1}, "source_action"),
+    ({"source_action": None}, "source_action"),
     ({"capacity": 7}, "capacity"),
 ])  # fmt: skip
 def test_wrong_settings_are_named(settings: dict[str, Any], field: str) -> None:
@@ -84,6 +87,7 @@ GAMES = {
     "any rectangle": Game(9, "y", Rectangle()),
     "any crease": Game(9, "none", Crease(ends="choose", stays="lower")),
     "beside the centre": Game(11, "y", Square("choose", (0, -1))),
+    "sources anywhere": Game(9, "y", Square("choose"), source_action="boundary"),
     "panel": Game(11, "x", Panel(((1, 1), (-2, 2), (-2, -2), (1, -1)), (1, -1, 1, 0))),
 }
 

@@ -25,6 +25,8 @@ class Comparison:
         self.game, self.oracle = game, oracle
         self.states, self.spare = game.new_states(1), game.new_states(1)
         self.chosen: list[Point] = []
+        self.source_sign = 0
+        self.begins_source = 3 * game.rules.points + 5 + 2 * int(game.rules.record["n_placements"][0])
 
     def points(self, actions: set[int], offset: int) -> set[Point]:
         inside = (a - offset for a in actions if offset <= a < offset + self.game.rules.points)
@@ -36,6 +38,12 @@ class Comparison:
         if self.chosen:
             self.compare_locations(self.points(actions, 2 * n))
             return
+        free = oracle.boundary_sources() if oracle.anywhere else set()
+        if int(self.states[0]["phase"]) == PLACEMENT:
+            assert self.points(actions, 2 * n) == free
+            return
+        begins = {a for a in actions if a >= self.begins_source}
+        assert begins == ({self.begins_source, self.begins_source + 1} if free else set())
         leaves = oracle.selectable()
         assert self.points(actions, 0) == leaves == self.points(actions, n)
         assert (3 * n in actions) == oracle.extended
@@ -67,6 +75,11 @@ class Comparison:
         game, oracle, n = self.game, self.oracle, self.game.rules.points
         sheet = self.states[0]
         point = next(iter(self.points({action}, 0) | self.points({action}, n) | self.points({action}, 2 * n)), None)
+        if int(sheet["phase"]) == PLACEMENT and oracle.ring:
+            [v] = self.points({action}, 2 * n)
+            oracle.lay_source(v, oracle.neighbours(v)[1], self.source_sign)
+            game.play(self.states, action)
+            return
         if int(sheet["phase"]) == PLACEMENT:
             game.play(self.states, action)
             if int(sheet["phase"]) == SELECTION:
@@ -79,7 +92,9 @@ class Comparison:
                     (oracle.place_square if square else oracle.place_crease)(placed.value, placed.sign)
             return
         if action > 3 * n + 4:
-            raise AssertionError("a placement after the start")
+            self.source_sign = 1 if (action - self.begins_source) % 2 else -1
+            game.play(self.states, action)
+            return
         if action > 3 * n:
             option = action - 3 * n - 1
             end = ("start", "end")[option // 2]
@@ -167,15 +182,41 @@ def test_masks_equal_brute_force_from_any_start(name: str, board: Board, length:
     assert compared > 12
 
 
-def compare_masks(symmetry: str, start: Start, board: Board, length: float | None, episodes: int, seed: int) -> int:
+ON_BOUNDARY: list[tuple[str, Start]] = [
+    *STARTS,
+    ("none", Crease(ends=CHOOSE, stays="lower")),
+    ("y", Panel(((0, 2), (-2, 1), (-1, -2), (1, -2), (2, 1)), (0, 0, 1, 0, 0))),
+    ("none", Panel(((2, 1), (-1, 2), (-2, 0), (0, -2)), (1, 0, 0, 1))),
+    ("xyd", Panel(((2, 0), (0, 2), (-2, 0), (0, -2)))),
+    ("xy", Panel(((2, 1), (0, 2), (-2, 1), (-2, -1), (0, -2), (2, -1)), (0, 0, 1, 0, 0, 1))),
+]
+
+
+@pytest.mark.parametrize(("symmetry", "start"), ON_BOUNDARY)
+@pytest.mark.parametrize("length", [None, 2.9])
+def test_masks_equal_brute_force_with_sources_on_the_boundary(
+    symmetry: str, start: Start, length: float | None
+) -> None:
+    assert compare_masks(symmetry, start, 9, length, episodes=8, seed=3, sources="boundary") > 12
+
+
+def compare_masks(
+    symmetry: str,
+    start: Start,
+    board: Board,
+    length: float | None,
+    episodes: int,
+    seed: int,
+    sources: bool | str = True,
+) -> int:
     rng = np.random.default_rng(seed)
-    game = on_board(board, symmetry, start, max_crease_length=length)
+    game = on_board(board, symmetry, start, max_crease_length=length, source_action=sources)
     compared = 0
     for _ in range(episodes):
-        both = Comparison(game, BoardSheet(game.rules.half, symmetry, length))
+        both = Comparison(game, BoardSheet(game.rules.half, symmetry, length, anywhere=sources == "boundary"))
         for _ in range(80):
             actions = game.legal(both.states)
-            if both.states[0]["phase"] != PLACEMENT:
+            if both.oracle.ring:
                 both.compare({int(a) for a in actions})
                 compared += 1
             choices = [int(a) for a in actions if a != 3 * game.rules.points]

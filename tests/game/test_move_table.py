@@ -9,11 +9,11 @@ import pytest
 from numpy.typing import NDArray
 
 from origami_lab.game.game import Game
-from origami_lab.game.kernels.play import copy_to
+from origami_lab.game.kernels.play import copy_to, leaf_at
 from origami_lab.game.kernels.state import NOT_FOLDABLE, States
 from origami_lab.game.kernels.undo import note_dtype
 from origami_lab.game.move_table import ACTIONS, EXTEND, Moves, Points, lay_move, lay_rest, table_of, take_back
-from origami_lab.game.moves import Extend, Move, Source
+from origami_lab.game.moves import Extend, Move, Point, Source
 from origami_lab.game.rules import Rules
 from origami_lab.game.start_from_moves import FromMoves
 from origami_lab.game.start_laying import empty_board, play_move
@@ -53,7 +53,7 @@ def test_a_table_lays_the_state_it_was_read_from(name: str) -> None:
                 assert tuple(points[row["middle"]]) == move.c
             elif isinstance(move, Source):
                 sources += 1
-                ends = ("start", "end")
+                ends = ("start", "end", "next")
                 assert (tuple(points[row["leaf"]]), int(row["sign"])) == (move.leaf, move.sign)
                 assert ends[row["option"]] == move.end
     assert sources > 0 or game.symmetry.order == 1
@@ -90,15 +90,38 @@ def shifted(game: Game, move: Move, old: tuple[int, int], new: tuple[int, int]) 
     return replace(move, **{name: ways.get(getattr(move, name), getattr(move, name)) for name in names})
 
 
-def plain_relay(game: Game, moves: list[Move], rules: Rules, goes: NDArray[np.int8]) -> list[Move]:
-    """The moves that can be laid, by the game's list of legal actions; a source stays at its leaf."""
+def after(states: States, leaf: Point) -> Point | None:
+    """The leaf after one."""
+    s = states[0]
+    v = int(leaf_at(s, *leaf)) if int(s["head"]) >= 0 else -1
+    if v < 0 or int(s["next"][v]) & 7:
+        return None
+    x, y = s["xy"][int(s["next"][v]) >> 3].tolist()
+    return x, y
+
+
+def other_ends(game: Game, moves: list[Move]) -> list[Point | None]:
+    """For each source on the boundary the leaf after its own when it is laid."""
+    states = game.new_states(1)
+    out: list[Point | None] = []
+    for move in moves:
+        out.append(after(states, move.leaf) if isinstance(move, Source) and move.end == "next" else None)
+        play_move(game.rules, move, states)
+    return out
+
+
+def plain_relay(
+    game: Game, moves: list[Move], rules: Rules, goes: NDArray[np.int8], ends: list[Point | None]
+) -> list[Move]:
+    """The moves that can be laid, by the game's list of legal actions; a source stays between its leaves."""
     states, before = empty_board(game.rules), empty_board(game.rules)
     kept: list[Move] = []
     loose: set[tuple[int, int]] = set()
-    for move, cut in zip(moves, goes, strict=True):
+    for move, cut, end in zip(moves, goes, ends, strict=True):
         copy_to(before, 0, states, 0)
         leaf = getattr(move, "leaf", None)
-        gone = bool(cut) or leaf in loose
+        gone = bool(cut) or leaf in loose or end in loose
+        gone = gone or (leaf is not None and end is not None and after(states, leaf) != end)
         if not gone:
             try:
                 play_move(rules, move, states)
@@ -114,7 +137,7 @@ def plain_relay(game: Game, moves: list[Move], rules: Rules, goes: NDArray[np.in
         if isinstance(move, Extend):
             loose |= {move.a, move.b, move.c}
         elif leaf is not None:
-            loose.add(leaf)
+            loose |= {leaf} if end is None else {leaf, end}
     return kept
 
 
@@ -130,7 +153,7 @@ def test_what_is_left_after_a_cut_is_what_plain_play_leaves(name: str) -> None:
         goes = np.zeros(len(moves), dtype=np.int8)
         goes[rng.choice(extensions, size=min(len(extensions), int(rng.integers(1, 3))), replace=False)] = 1
         named = game.moves(game.finished_actions(states))
-        expected = plain_relay(game, named, rules, goes)
+        expected = plain_relay(game, named, rules, goes, other_ends(game, named))
         laid, kept = lay(game, rules.record, moves, points, goes)
         assert game.moves(game.finished_actions(laid)) == expected
         assert [move for move, keeps in zip(named, kept, strict=True) if keeps] == expected
@@ -160,7 +183,8 @@ def test_a_shifted_vertex_takes_along_all_that_names_it(name: str) -> None:
             points[v] = new
             laid, _ = lay(game, game.rules.record, moves, points)
             points[v] = old
-            expected = plain_relay(game, [shifted(game, move, old, new) for move in named], game.rules, none)
+            ends = [new if end == old else end for end in other_ends(game, named)]
+            expected = plain_relay(game, [shifted(game, move, old, new) for move in named], game.rules, none, ends)
             assert game.moves(game.finished_actions(laid)) == expected
             changed += len(expected) == len(named)
             dropped += len(expected) < len(named)

@@ -27,10 +27,24 @@ def test_random_play_keeps_every_invariant(start: str, symmetry: str, growing: b
         assert tally.statuses.sum() == (16 if growing else 100)
 
 
+@pytest.mark.parametrize("symmetry", ["none", "y", "x", "xy", "xyd"])
+@pytest.mark.parametrize("start", ["square", "bare-panel"])
+@pytest.mark.parametrize("growing", [False, True], ids=["plain", "growing"])
+def test_random_play_with_sources_on_the_boundary(start: str, symmetry: str, growing: bool) -> None:
+    if symmetry not in STARTS[start][1]:
+        pytest.skip("the panel does not have the symmetry")
+    for board, length in ((9, None), (13, 2.9)):
+        configuration = Configuration(symmetry, start, board, length, growing, "boundary")
+        tally = play_and_check(configuration, 16 if growing else 100, seed=3)
+        assert not tally.violations, "\n".join(tally.violations)
+        assert tally.counts[KINDS.index("source on boundary")]
+
+
 def test_no_kind_of_move_is_silently_impossible() -> None:
     counts = np.zeros(len(KINDS), dtype=np.int64)
     for symmetry in ("y", "x", "xy"):
         counts += play_and_check(Configuration(symmetry, "square", 9, None), 400, seed=5).counts
+    counts += play_and_check(Configuration("xy", "square", 9, None, sources="boundary"), 40, seed=5).counts
     missing = [kind for kind, count in zip(KINDS, counts, strict=True) if not count and kind != "taken back"]
     assert not missing
 

@@ -22,6 +22,8 @@ GAMES: list[tuple[int, str, Start, float | None]] = [
     (9, "none", Rectangle(), None),
     (9, "x", Rectangle(), None),
     (9, "none", Crease(ends="choose"), 4.0),
+    (11, "xy", Square("choose"), -4.0),
+    (11, "none", Crease(0), -4.0),
     (11, "y", Panel(((0, 2), (-2, 1), (-1, -2), (1, -2), (2, 1)), (0, 0, 1, 0, 0)), None),
 ]
 
@@ -35,7 +37,8 @@ def used_part(game: Game, states: States) -> bytes:
 
 @pytest.mark.parametrize(("size", "symmetry", "start", "length"), GAMES)
 def test_an_action_taken_back_leaves_no_trace(size: int, symmetry: str, start: Start, length: float | None) -> None:
-    game = Game(size, symmetry, start, max_crease_length=length)
+    sources = length is None or length > 0 or "boundary"  # a negative length: sources anywhere, too
+    game = Game(size, symmetry, start, max_crease_length=length and abs(length), source_action=sources)
     rng = np.random.default_rng(7)
     legal = np.empty(game.rules.max_legal, dtype=np.int32)
     notes = np.empty(200, dtype=note_dtype(len(game.angles)))

@@ -14,7 +14,7 @@ from origami_lab.game.start_patterns import Square
 from origami_lab.geometry.groups import GROUPS
 from origami_lab.objectives.shape import Distance, ShapeObjective
 from origami_lab.objectives.table import TableObjective
-from origami_lab.polish.polisher import Polished, polish_design
+from origami_lab.polish import Polished, polish_design
 from origami_lab.targets.solids import bowl
 from origami_lab.targets.solids import cube as cube_target
 from origami_lab.targets.solids import pyramid as pyramid_target

@@ -7,21 +7,26 @@ from types import MappingProxyType
 
 import numpy as np
 import pytest
+from trimesh.triangles import closest_point
 
 from origami_lab.errors import InputError
 from origami_lab.game.crease_pattern import CreasePattern
+from origami_lab.game.game import Game
 from origami_lab.game.moves import Extend, Place
+from origami_lab.game.start_patterns import Start
 from origami_lab.objectives.shape import ShapeObjective
+from origami_lab.polish import GameDesign, PolishedDesign, pattern_figures, simplify_design
 from origami_lab.polish.finer_board import fine_board
 from origami_lab.polish.flat_creases import without_flat_creases
 from origami_lab.polish.laid_design import folded_design
-from origami_lab.polish.pattern_measures import pattern_figures, width_of
-from origami_lab.polish.simplifier import GameDesign, PolishedDesign, simplify_design
+from origami_lab.polish.pattern_measures import width_of
+from origami_lab.polish.simplifier import distances_to
+from origami_lab.targets.solids import bowl
 from origami_lab.targets.solids import pyramid as pyramid_target
 from origami_lab.targets.target import Target
 from origami_lab.verification.verify_design import verify
 from tests.known_designs import closed_forms as designs
-from tests.polish.designs import actions_of, cube, pyramid
+from tests.polish.designs import GROUPS, actions_of, cube, pyramid, random_designs
 
 
 class Wide:
@@ -61,6 +66,57 @@ def test_what_is_needed_stays() -> None:
         made = simplify_design(GameDesign(game, ShapeObjective(target), actions), 0.01)
         assert made.removed == 0
         assert made.figures == made.figures_before
+
+
+def lid_and_far() -> ShapeObjective:
+    """A target in two pieces: one on the cube's lid, and one far below, whose distance decides the return."""
+    piece = np.array([(-0.3, -0.2, 2.0), (0.3, -0.2, 2.0), (0.0, 0.4, 2.0)])
+    corners = np.vstack([piece, piece - (0.0, 0.0, 11.0)])
+    return ShapeObjective(Target("pieces", corners, np.array([(0, 1, 2), (3, 4, 5)]), closed=False))
+
+
+@pytest.mark.parametrize("polished", [False, True])
+def test_what_covers_stays_though_no_return_sees_it(polished: bool) -> None:
+    """Without the lid the return is the same, but a point of the piece on it is up to 1 cell from the walls' rim."""
+    game, actions = cube(driving_angle_fixed=89.9)
+    objective, angle = lid_and_far(), math.radians(89.9)
+    board = fine_board(game, actions, 64)
+    whole = PolishedDesign(board, angle, objective) if polished else GameDesign(game, objective, actions)
+    for tolerance, removed in ((0.0, 0), (0.9, 0), (1.01, 2)):
+        made = simplify_design(whole, tolerance)
+        assert made.removed == removed, tolerance
+        assert made.value == pytest.approx(made.value_before, abs=1e-9)
+
+
+def plain_distances(design: CreasePattern, points: np.ndarray) -> np.ndarray:
+    """(n,) how far points are from the folded sheet, by trimesh, triangle by triangle."""
+    triangles = design.folded[design.best][design.triangles]
+    nearest = [closest_point(np.broadcast_to(t, (len(points), 3, 3)), points) for t in triangles]
+    return np.asarray(np.linalg.norm(np.stack(nearest) - points, axis=2).min(axis=0))
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 0.5])
+@pytest.mark.parametrize(("symmetry", "start"), GROUPS)
+def test_no_point_gets_further_away_and_nothing_else_could_go(symmetry: str, start: Start, tolerance: float) -> None:
+    """Against distances from scratch: all points stay within the tolerance, and without any more move one would not."""
+    game, objective = Game(9, symmetry, start, driving_angle_fixed=50.0), ShapeObjective(bowl(outer=4.0))
+    actions = next(random_designs(game, 1, seed=11))
+    made = simplify_design(GameDesign(game, objective, actions), tolerance)
+    before, points = game.design(actions), objective.cover.triangles[:, 0]
+    some = points[::9]
+    assert (plain_distances(made.design, some) - plain_distances(before, some)).max() <= tolerance + 1e-9
+    assert made.value >= made.value_before - tolerance - 1e-9
+    left = GameDesign(game, objective, made.design.actions)
+    for m in left.removable:
+        goes = np.zeros(left.moves, dtype=np.int8)
+        goes[m] = 1
+        less = left.without(goes)
+        if less is None:
+            continue  # it does not fold
+        growth = distances_to(less.design, points) - distances_to(before, points)
+        worst = points[[np.argmax(growth)]]
+        lost = plain_distances(less.design, worst) - plain_distances(before, worst)
+        assert max(float(lost[0]), made.value_before - less.value) > tolerance
 
 
 def test_losses_add_up_to_no_more_than_the_tolerance() -> None:

@@ -10,6 +10,7 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -19,6 +20,11 @@ from PIL import Image
 
 from origami_lab.cli import main
 from origami_lab.drawing.scene import BACK, FRONT
+from origami_lab.fold_format.reader import read_fold
+from origami_lab.report.design_files import write_designs
+from origami_lab.report.gallery import Shape
+from origami_lab.report.run_groups import Heading
+from origami_lab.report.run_reader import Trial
 from origami_lab.runs.trial_row import read_trials
 from tests.drawing.test_viewer import in_chromium, visit
 from tests.report.runs import trial, write_run
@@ -221,3 +227,22 @@ def test_a_gallery_of_many_searchers_fits_the_page(results: Path, tmp_path: Path
         boxes = [tuple(map(float, box.split(":"))) for box in title[1].split()]
         assert len(boxes) >= 1 + 2 * 6
         assert all(over <= 0 and right <= width for over, right in boxes)
+
+
+def test_a_polished_design_has_a_page_of_its_own(results: Path, tmp_path: Path) -> None:
+    folder = shutil.copytree(results / "pyramid/rdm", tmp_path / "run")
+    row = read_trials(folder / "trials.csv")[0]
+    place = (Heading("rdm", "rdm"), Heading("pyramid", "pyramid"))
+    fold = read_fold(folder / f"seed={row.seed}/best.fold")
+    for value, shown in ((None, ""), (-0.01, "polished −0.0100")):
+        found = Trial(row.seed, replace(row, polished_return=value), folder)
+        shape = Shape(found, fold, Image.new("RGB", (2, 2)), True)
+        assert shape.polished == shown
+        files: dict[str, str | bytes] = {}
+        written = write_designs({place: shape}, lambda kind, label: "best", files)[place]
+        assert written.polished is None  # there is no file of it
+        shutil.copy(folder / f"seed={row.seed}/best.fold", folder / f"seed={row.seed}/polished.fold")
+        written = write_designs({place: shape}, lambda kind, label: "best", files)[place]
+        assert written.polished == (None if value is None else "designs/best-polished.html")
+        assert (written.polished in files) == (value is not None)
+        (folder / f"seed={row.seed}/polished.fold").unlink()

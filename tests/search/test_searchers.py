@@ -141,9 +141,9 @@ ANYWHERE: dict[str, tuple[str, Start]] = {
 
 
 @pytest.mark.parametrize("name", ANYWHERE)
-def test_start_patterns_may_be_placed_anywhere(searcher: Searcher, name: str) -> None:
+def test_start_patterns_and_sources_may_be_placed_anywhere(searcher: Searcher, name: str) -> None:
     symmetry, start = ANYWHERE[name]
-    game = Game(9, symmetry, start, max_crease_length=4)
+    game = Game(9, symmetry, start, max_crease_length=4, source_action="boundary")
     problem = Problem(game, ShapeObjective(cube()), 1500)
     searcher.search(problem, np.random.default_rng(0))
     outcome = problem.outcome()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,7 @@ import pytest
 import origami_lab
 from origami_lab.fold_format.writer import write_fold
 from origami_lab.game.game import Game
-from origami_lab.game.start_patterns import Crease, Square
+from origami_lab.game.start_patterns import Crease, Panel, Rectangle, Square, Start
 from origami_lab.search.dense_check import certified_reach
 from origami_lab.verification.continuation import Motion
 from origami_lab.verification.flat_sheet import build_sheet
@@ -114,22 +114,38 @@ def test_a_strip_has_no_interior_vertex() -> None:
     assert certificate["degrees of freedom"].numbers["freedoms"] == 2
 
 
-KINDS = [
+KINDS: list[tuple[str, Start]] = [
     ("none", Square(1)), ("y", Square(1)), ("x", Square(2)), ("xy", Square(1)), ("xyd", Square(1)), ("none", Crease(0)),
     ("y", Crease(0)),
 ]  # fmt: skip
 
 
+HEXAGON = ((2, 1), (0, 2), (-2, 1), (-2, -1), (0, -2), (2, -1))
+ANYWHERE: list[tuple[str, Start]] = [
+    ("none", Rectangle()), ("y", Rectangle()), ("xyd", Square("choose", "choose")), ("none", Crease(ends="choose")),
+    ("x", Crease(ends="choose", stays="lower")), ("none", Panel(HEXAGON, (1, -1, 1, 0, 0, 1))),
+    ("xy", Panel(HEXAGON, (0, 0, 1, 0, 0, 1))),
+]  # fmt: skip
+
+
 def random_designs(
-    count: int, rng: np.random.Generator, *, collisions: bool
+    count: int,
+    rng: np.random.Generator,
+    *,
+    collisions: bool,
+    kinds: Sequence[tuple[str, Start]] = KINDS,
+    sources: bool | str = True,
 ) -> Iterator[tuple[Game, tuple[int, ...], int, int]]:
     """Games, actions, and up to which angle each folds at all and, checked densely by the game, without collision.
 
     With ``collisions`` the game's ten angles are free of them and the dense check agrees; without, it does not.
     """
     games = [
-        [Game(13, symmetry, start, max_crease_length=4.0, collisions=on) for on in (collisions, True)]
-        for symmetry, start in KINDS
+        [
+            Game(13, symmetry, start, max_crease_length=4.0, collisions=on, source_action=sources)
+            for on in (collisions, True)
+        ]
+        for symmetry, start in kinds
     ]
     made = tried = 0
     while made < count:
@@ -161,6 +177,17 @@ def test_a_hundred_random_patterns() -> None:
         certificate = origami_lab.verify(design)
         assert certificate.exit_code == 0, f"{actions}\n{certificate.words()}"
     assert max(sizes) > 40
+
+
+@pytest.mark.slow
+def test_random_patterns_from_any_start_with_sources_anywhere() -> None:
+    found = random_designs(35, np.random.default_rng(0), collisions=True, kinds=ANYWHERE, sources="boundary")
+    freedoms = set()
+    for game, actions, reach, _ in found:
+        certificate = origami_lab.verify(game.motion(actions, game.angles[:reach], {}))
+        assert certificate.exit_code == 0, f"{game.moves(actions)}\n{certificate.words()}"
+        freedoms.add(certificate["degrees of freedom"].numbers["freedoms"])
+    assert len(freedoms) > 1  # all sources are driven by one angle
 
 
 @pytest.mark.slow

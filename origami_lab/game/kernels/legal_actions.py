@@ -15,9 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.game.kernels.boundary import NEXT, PREV, is_own_image, mirror_between, near_side, side_is_open
+from origami_lab.game.kernels.boundary_sources import boundary_action, count_free_segments, write_free_segments
 from origami_lab.game.kernels.start_corners import write_picks
 from origami_lab.game.kernels.state import (
     FIRST,
+    ON_BOUNDARY,
     PLACEMENT,
     RUNNING,
     SECOND,
@@ -345,12 +347,14 @@ def same_place(s: Record, r: Record, a: int, b: int) -> bool:
 def write_legal_actions(s: Record, r: Record, out: Actions) -> int:
     """Write the legal actions of the state and return how many there are.
 
-    ``out`` needs room for 2n + 5 actions, n points of the board. An episode that has ended has none.
+    ``out`` needs room for 2n + 7 actions, n points of the board. An episode that has ended has none.
     """
     if s.status != RUNNING:
         return 0
     points = board_points(r)
     if s.phase == PLACEMENT:
+        if s.n_vertices > 0:
+            return write_free_segments(s, r, out)
         if s.unfinished < r.picks:
             return write_picks(s, r, out)
         for i in range(2 * r.n_placements):
@@ -381,4 +385,7 @@ def write_legal_actions(s: Record, r: Record, out: Actions) -> int:
         if source_fits(s, r, w, NEXT):
             out[n], out[n + 1] = 3 * points + 3, 3 * points + 4
             n += 2
+    if r.sources == ON_BOUNDARY and count_free_segments(s, r) > 0:
+        out[n], out[n + 1] = boundary_action(r), boundary_action(r) + 1
+        n += 2
     return n

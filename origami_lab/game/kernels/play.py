@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.game.kernels.boundary import NEXT, PREV, near_side, sector_closes, tail
+from origami_lab.game.kernels.boundary_sources import boundary_action, lay_boundary_source
 from origami_lab.game.kernels.extension import extend
 from origami_lab.game.kernels.legal_actions import write_legal_actions
 from origami_lab.game.kernels.start_placement import lay_source, place_start
@@ -72,6 +73,10 @@ def play_action(s: Record, r: Record, action: int) -> None:
             s.unfinished = 1
         elif action == 3 * points:
             s.status = TERMINATED
+        elif action >= boundary_action(r):
+            s.mode = 2 * (action - boundary_action(r)) - 1
+            s.phase = PLACEMENT
+            s.unfinished = 1
         else:
             option = action - 3 * points - 1
             sign = 1 if option & 1 else -1
@@ -98,6 +103,11 @@ def play_action(s: Record, r: Record, action: int) -> None:
     if s.phase == PLACEMENT:
         if action < 3 * points:
             x, y = point_x(r, action - 2 * points), point_y(r, action - 2 * points)
+            if s.n_vertices > 0:
+                lay_boundary_source(s, r, leaf_at(s, x, y), s.mode)
+                if not has_room(s):
+                    s.status = FULL
+                return
             if s.unfinished == 0:
                 s.first_x, s.first_y = x, y
             s.second_x, s.second_y = x, y

@@ -32,6 +32,9 @@ SQUARE, CREASE, PANEL, RECTANGLE, SEGMENT = 0, 1, 2, 3, 4
 """Start patterns: a square or a crease on a line whose size or height is an option, a polygon that is given, a
 rectangle or a crease whose corners are chosen one after the other."""
 
+ON_AXES, ON_BOUNDARY = 1, 2
+"""Where driven creases may be laid: between a leaf and its mirror image only, or on any boundary segment."""
+
 LARGEST_PANEL = 16
 """Most corners of a start pattern."""
 
@@ -111,7 +114,7 @@ def rules_dtype(angles: int = 10) -> np.dtype[np.void]:
             ("start_mirror", np.int32),
             ("end_mirror", np.int32),
             ("max_length_sq", np.float64),
-            ("sources", np.int32),  # whether the source action is allowed
+            ("sources", np.int32),  # where driven creases may be laid during the game
             ("collisions", np.int32),  # whether panels may not cross
             ("min_reach", np.int32),  # driving angles that must stay reachable
             ("start", np.int32),
@@ -185,7 +188,8 @@ def axis_of(r: Record, x: int, y: int) -> int:
 #   3n                                                  terminate
 #   3n + 1 + 2·end + (sign > 0)                         lay a source across the start (0) or end (1) axis
 #   3n + 5 + 2·option + (sign > 0)                      place the start pattern
-# Where its corners are chosen they come first, as locations (start_placement.py says which).
+#   3n + 5 + 2·n_placements + (sign > 0)                begin a source on the boundary; its place is a location
+# Where the corners of the start pattern are chosen they come first, as locations (start_corners.py says which).
 
 
 @inlined

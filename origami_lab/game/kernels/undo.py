@@ -11,8 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.game.kernels.boundary import tail
-from origami_lab.game.kernels.play import Actions, play_action, settle
-from origami_lab.game.kernels.state import SCALARS, SELECTION, THIRD, Record, States, board_points, copy_scalars
+from origami_lab.game.kernels.play import Actions, leaf_at, play_action, settle
+from origami_lab.game.kernels.state import (
+    PLACEMENT,
+    SCALARS,
+    SELECTION,
+    THIRD,
+    Record,
+    States,
+    board_points,
+    copy_scalars,
+    point_x,
+    point_y,
+)
 from origami_lab.jit import inlined, kernel
 
 Notes = NDArray[np.void]
@@ -58,6 +69,11 @@ def write_note(s: Record, r: Record, action: int, note: Record) -> None:
         v = s.selected
         note.rows[0], note.rows[1], note.rows[2] = v, s.prev[v] >> 3, s.next[v] >> 3
         note.n_rows = 3
+    elif s.phase == PLACEMENT and s.n_vertices > 0:
+        points = board_points(r)
+        v = leaf_at(s, point_x(r, action - 2 * points), point_y(r, action - 2 * points))
+        note.rows[0], note.rows[1] = v, s.next[v] >> 3
+        note.n_rows = 2
     elif s.phase == SELECTION and action > 3 * board_points(r):
         # a source is laid beside the first leaf or the last one
         note.rows[0], note.rows[1] = s.head, tail(s)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from origami_lab.game.kernels.boundary_sources import boundary_action, count_free_segments, free_segment
 from origami_lab.game.kernels.legal_actions import is_selectable
 from origami_lab.game.kernels.outer_panel import outer_panel_collides
 from origami_lab.game.kernels.play import play_action
@@ -215,8 +216,8 @@ def leaf_near(
 
 
 @inlined
-def random_source(s: Record, r: Record, draw: float) -> int:
-    """A random one of the legal actions that lay a driven crease; −1 if there is none."""
+def play_source(s: Record, r: Record, draw: float, most: int) -> int:
+    """Lay a random driven crease with ``most`` actions at most; returns how many were played."""
     n = board_points(r)
     start, end = False, False
     if r.sources and r.order > 1:
@@ -224,11 +225,18 @@ def random_source(s: Record, r: Record, draw: float) -> int:
         while s.next[w] & 7 == 0 and s.next[w] >> 3 != s.head:
             w = s.next[w] >> 3
         start, end = source_is_legal(s, r, s.head, 0), source_is_legal(s, r, w, 1)
-    count = 2 * int(start) + 2 * int(end)
-    if count == 0:
-        return -1
+    on_axes = 2 * int(start) + 2 * int(end)
+    count = on_axes + 2 * count_free_segments(s, r)
     chosen = int(draw * count)
-    return int(3 * n + 1 + chosen + (0 if start else 2))
+    if count == 0 or (chosen >= on_axes and most < 2):
+        return 0
+    if chosen < on_axes:
+        play_action(s, r, 3 * n + 1 + chosen + (0 if start else 2))
+        return 1
+    v = free_segment(s, r, (chosen - on_axes) // 2)
+    play_action(s, r, boundary_action(r) + (chosen - on_axes) % 2)
+    play_action(s, r, 2 * n + point_index(r, s.xy[v, 0], s.xy[v, 1]))
+    return 2
 
 
 @kernel
@@ -284,10 +292,9 @@ def grow(
         used += 5
         v, used = leaf_near(s, r, aim.angle, coverage.samples.triangles[sample, 0], effort.noise, draws, used)
         if v < 0 or lays_source < effort.source:
-            action = random_source(s, r, which)
-            if action >= 0:
-                play_action(s, r, action)
-                played += 1
+            actions = play_source(s, r, which, limit - played)
+            if actions > 0:
+                played += actions
                 continue
             if v < 0:
                 return GROWN, uncovered, failed, used, played, looked

@@ -1,0 +1,119 @@
+"""Driven creases laid during the game on any boundary segment that has none (paper, section 3.3).
+
+The sign is chosen first, then the leaf before the segment, counter-clockwise. Segments between a leaf and its mirror
+image have actions of their own. Between the two actions the state is placing, with a sheet on the board.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from origami_lab.game.kernels.boundary import NEXT, PREV, sector_closes, turn_at
+from origami_lab.game.kernels.start_placement import lay_source
+from origami_lab.game.kernels.state import (
+    BARE,
+    ON_BOUNDARY,
+    SELECTION,
+    Record,
+    add_crease,
+    board_points,
+    code_x,
+    code_y,
+    image_code,
+    point_index,
+)
+from origami_lab.jit import kernel
+from origami_lab.kinematics.three_units import mirror_frames
+
+Actions = NDArray[np.int32]
+
+
+@kernel
+def boundary_action(r: Record) -> int:
+    """The action that begins a boundary source with a negative sign; the next one is that with a positive sign."""
+    return 3 * board_points(r) + 5 + 2 * r.n_placements
+
+
+@kernel
+def segment_is_free(s: Record, r: Record, v: int) -> bool:
+    """Whether a boundary source may lie between leaf v and the next one: inside the domain, and without a crease."""
+    code = s.next[v]
+    if code & 7 != 0:
+        return False
+    return code_x(s, r, s.first[v]) != code_x(s, r, code) or code_y(s, r, s.first[v]) != code_y(s, r, code)
+
+
+@kernel
+def count_free_segments(s: Record, r: Record) -> int:
+    """How many segments boundary sources may lie on."""
+    if r.sources != ON_BOUNDARY:
+        return 0
+    count, v = 0, s.head
+    while True:
+        count += segment_is_free(s, r, v)
+        code = s.next[v]
+        if code & 7 != 0 or code >> 3 == s.head:
+            return count
+        v = code >> 3
+
+
+@kernel
+def free_segment(s: Record, r: Record, number: int) -> int:
+    """The leaf before the free segment of that number, from the first leaf on."""
+    v = s.head
+    while True:
+        if segment_is_free(s, r, v):
+            if number == 0:
+                return int(v)
+            number -= 1
+        v = s.next[v] >> 3
+
+
+@kernel
+def write_free_segments(s: Record, r: Record, out: Actions) -> int:
+    """Write the location actions that name free segments; returns their number."""
+    base, n, v = 2 * board_points(r), 0, s.head
+    while True:
+        if segment_is_free(s, r, v):
+            out[n] = base + point_index(r, s.xy[v, 0], s.xy[v, 1])
+            n += 1
+        code = s.next[v]
+        if code & 7 != 0 or code >> 3 == s.head:
+            return n
+        v = code >> 3
+
+
+@kernel
+def lay_boundary_source(s: Record, r: Record, v: int, sign: int) -> None:
+    """Lay a driven crease between leaf v and the next one, and complete the move."""
+    w = s.next[v] >> 3
+    for end, over_next in ((v, 1), (w, 0)):
+        was_bare = s.locked[end] == BARE
+        if not was_bare and not sector_closes(s, r, end, NEXT if over_next else PREV):
+            s.locked[end] = 1
+        lay_source(s, r, end, over_next, sign)
+        if was_bare:
+            s.locked[end] = 0
+            if over_next:
+                s.last[end] = s.first[end]
+            else:
+                s.first[end] = s.last[end]
+        g = s.axis[end]
+        if g > 0:
+            # the image of the segment begins at the same leaf
+            m = r.matrices[g]
+            for k in range(s.reach):
+                if over_next:
+                    mirror_frames(s.frame_prev[end], s.frame_next[end], k, m[0], m[1], m[2], m[3])
+                else:
+                    mirror_frames(s.frame_next[end], s.frame_prev[end], k, m[0], m[1], m[2], m[3])
+            if over_next:
+                s.last[end] = image_code(r, g, s.first[end])
+            else:
+                s.first[end] = image_code(r, g, s.last[end])
+            if was_bare and turn_at(s, r, end, s.first[end], s.last[end]) <= 0:
+                s.locked[end] = 1
+    add_crease(s, 8 * v, 8 * w, sign)
+    s.phase = SELECTION
+    s.unfinished = 0
