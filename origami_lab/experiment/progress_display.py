@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 from origami_lab.experiment.terminal_table import NARROW
 from origami_lab.experiment.trial import Polishing, Progress
 from origami_lab.experiment.trial_pool import Event, Started
-from origami_lab.experiment.trial_worker import Compiling, Failed, Finished, Warm
+from origami_lab.experiment.trial_worker import Compiled, Compiling, Failed, Finished
 from origami_lab.runs.trial_row import NO_DESIGN
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ class PlainDisplay(QuietDisplay):
             case Compiling():
                 self.announced = True
                 self.say("compiling the kernels: half a minute, the first time only")
-            case Warm(seconds):
+            case Compiled(seconds):
                 self.warm = True
                 self._say_compiled(f" in {seconds:.0f} s")
             case Progress(seed, interactions, best, seconds):

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from origami_lab.config.settings import Settings
 from origami_lab.experiment.trial import Polishing, Progress
-from origami_lab.experiment.trial_worker import Compiling, Failed, Finished, Task, Warm, serve
+from origami_lab.experiment.trial_worker import Compiled, Compiling, Failed, Finished, Task, serve
 from origami_lab.runs.run_folder import RunFolder
 from origami_lab.workers.worker_process import STOP, WorkerProcess, hear
 
@@ -35,7 +35,7 @@ class Tick:
     """Nothing happened for a moment: time to refresh the display."""
 
 
-Event = Started | Compiling | Warm | Progress | Polishing | Finished | Failed | Tick
+Event = Started | Compiling | Compiled | Progress | Polishing | Finished | Failed | Tick
 
 
 class _Worker(WorkerProcess):
@@ -130,7 +130,7 @@ class TrialPool:
             if event is None:
                 yield self._bury(worker)
                 continue
-            if isinstance(event, Compiling | Warm):
+            if isinstance(event, Compiling | Compiled):
                 yield event
                 continue
             worker.playing = True
@@ -163,6 +163,6 @@ class TrialPool:
 
 def _is_under_way(event: Event) -> bool:
     """Whether all kernels are on disk, or a trial has played and certified a design, or is over."""
-    return isinstance(event, Warm | Polishing | Finished | Failed) or (
+    return isinstance(event, Compiled | Polishing | Finished | Failed) or (
         isinstance(event, Progress) and event.best is not None
     )

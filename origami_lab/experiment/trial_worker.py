@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 from origami_lab.config.instantiate import Parts, build_parts
 from origami_lab.config.settings import Settings
+from origami_lab.experiment.kernel_loading import load_kernels, warm_up
 from origami_lab.experiment.trial import run_trial
-from origami_lab.experiment.warm_up import load_kernels, warm_up
 from origami_lab.runs.run_folder import FolderError, RunFolder
 from origami_lab.runs.trial_row import TrialRow
 from origami_lab.workers.call_limit import Calls
@@ -31,7 +31,7 @@ class Compiling:
 
 
 @dataclass(frozen=True)
-class Warm:
+class Compiled:
     """A worker has all kernels of a run; compiling took so many seconds, 0 if they were on disk."""
 
     seconds: float
@@ -69,7 +69,7 @@ def serve(orders: Orders, calls: Calls, settings: Settings, kernels: bool) -> No
         if kernels:
             seconds = warm_up(settings, lambda: orders.say(Compiling()))
             if seconds is not None:
-                orders.say(Warm(seconds))
+                orders.say(Compiled(seconds))
     while isinstance(task := orders.next(), Task):
         if not kernels:
             kernels = True

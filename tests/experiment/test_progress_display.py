@@ -12,7 +12,7 @@ from origami_lab.experiment import progress_display as progress
 from origami_lab.experiment.progress_display import LiveDisplay, PlainDisplay, QuietDisplay, make_display
 from origami_lab.experiment.trial import Progress
 from origami_lab.experiment.trial_pool import Event, Started, Tick
-from origami_lab.experiment.trial_worker import Compiling, Failed, Finished, Warm
+from origami_lab.experiment.trial_worker import Compiled, Compiling, Failed, Finished
 from tests.small_runs import trial_row
 
 ROW = trial_row(3, -0.5, interactions=100, interactions_per_second=50.0)
@@ -63,8 +63,11 @@ def test_quiet_shows_only_what_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     ("events", "said"),
     [
-        ((Compiling(), Warm(31.4), Progress(3, 10, None), Finished(3, ROW, [])), ["compiling the", "compiled in 31 s"]),
-        ((Warm(0.0), Progress(3, 10, None), Finished(3, ROW, [])), []),
+        (
+            (Compiling(), Compiled(31.4), Progress(3, 10, None), Finished(3, ROW, [])),
+            ["compiling the", "compiled in 31 s"],
+        ),
+        ((Compiled(0.0), Progress(3, 10, None), Finished(3, ROW, [])), []),
         (
             (Compiling(), Progress(3, 10, None), Finished(3, ROW, [])),
             ["compiling the", "compiled"],
