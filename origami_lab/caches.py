@@ -28,7 +28,6 @@ class KernelCache:
     """One line about it, where it is not the one that it should be."""
 
 
-@cache
 def kernel_cache() -> KernelCache:
     """Where kernels are kept: as the environment says, else in the user's home, else among the temporary files."""
     chosen = os.environ.get(KERNELS)

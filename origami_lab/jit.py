@@ -12,11 +12,14 @@ from __future__ import annotations
 
 import hashlib
 import logging
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+from numba.core.event import Listener, install_listener
 
 from origami_lab.caches import kernel_cache
 
@@ -58,3 +61,37 @@ def kernel(function: F) -> F:
 def inlined(function: F) -> F:
     """Like :func:`kernel` for small helpers of the hot loops, which LLVM shall inline."""
     return cast(F, numba.njit(cache=_IS_KEPT, error_model="numpy", forceinline=True)(function))
+
+
+class CompileClock(Listener):  # type: ignore[misc]
+    """Measures the time in which this process compiles kernels; loading compiled ones is not counted.
+
+    Parameters
+    ----------
+    begins
+        Called when compiling begins for the first time.
+    """
+
+    def __init__(self, begins: Callable[[], None]) -> None:
+        self.seconds = 0.0
+        self._begins, self._depth, self._since, self._said = begins, 0, 0.0, False
+
+    def on_start(self, event: object) -> None:
+        if self._depth == 0:
+            self._since = time.perf_counter()
+            if not self._said:
+                self._said = True
+                self._begins()
+        self._depth += 1
+
+    def on_end(self, event: object) -> None:
+        self._depth -= 1
+        if self._depth == 0:
+            self.seconds += time.perf_counter() - self._since
+
+
+@contextmanager
+def compile_clock(begins: Callable[[], None] = lambda: None) -> Iterator[CompileClock]:
+    """A clock that runs while kernels are compiled inside the block."""
+    with install_listener("numba:compile", CompileClock(begins)) as clock:
+        yield clock

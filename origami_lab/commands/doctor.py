@@ -211,9 +211,9 @@ def _kernels() -> Iterator[Found]:
 
     if remark := kernel_cache().remark:
         yield NOTE, remark
-    folder = cache_folder()
-    if folder is None:
         return
+    folder = cache_folder()
+    assert folder is not None
     if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
         yield NOTE, "NUMBA_DISABLE_JIT is set: kernels run as plain Python, far slower"
         return

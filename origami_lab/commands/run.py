@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NoReturn
 from origami_lab.addresses import hidden
 from origami_lab.errors import EXIT_INTERRUPTED, InputError
 from origami_lab.experiment.api import run_one
+from origami_lab.files import expanded
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
@@ -39,11 +40,11 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
     from origami_lab.config.hydra_errors import explain, find_culprit
     from origami_lab.config.option_files import CONFIG_NAME, config_dir
     from origami_lab.multirun.check_jobs import RefusedJobs
-    from origami_lab.multirun.folder_of_command import SWEEP_DIR, multirun_folder
+    from origami_lab.multirun.folder_of_command import SWEEP_DIR, multirun_folder, own_words
     from origami_lab.multirun.launchers import has_local_jobs, launcher_settings
     from origami_lab.multirun.run_jobs import Multirun
 
-    several = _check_flags(flags)
+    several, flags = _checked_flags(flags)
     codes: list[int] = []
     raised: list[Exception] = []
     application = os.getpid()
@@ -64,7 +65,7 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
         return mean
 
     check_typed(overrides)
-    words = hydra_words(overrides)
+    words = own_words(hydra_words(overrides), several)
     ours: list[str] = []
     if any(flag.startswith(("--config-path", "-cp")) for flag in flags):
         ours += RERUN_SETTINGS
@@ -92,7 +93,8 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
         except Exception as error:
             if multirun is not None and multirun.started:  # a launcher's trouble, or a job's
                 raise
-            raise explain(error, overrides, known_keys) or find_culprit(words) or error from None
+            found = explain(error, overrides, known_keys) or find_culprit(words)
+            raise _of_its_configuration(found, flags, known_keys()) or found or error from None
     if raised:
         raise raised[0]
     if multirun is not None:  # of all its jobs, also those that ran in other processes or in an earlier command
@@ -160,8 +162,14 @@ def _as_hydra_sees_it(command: list[str]) -> Iterator[None]:
             os.environ["HYDRA_FULL_ERROR"] = before[1]
 
 
-def _check_flags(flags: Sequence[str]) -> bool:
-    """Hydra's flags are argparse's, which says what is wrong in a page; whether they make a multirun start."""
+def _checked_flags(flags: Sequence[str]) -> tuple[bool, list[str]]:
+    """Whether a multirun starts, and the flags with folders named from anywhere; Hydra would look beside our modules.
+
+    Raises
+    ------
+    InputError
+        If they are not Hydra's flags, whose parser would say so in a page, or name a folder that is not there.
+    """
     from hydra._internal.utils import get_args_parser
 
     def refuse(message: str) -> NoReturn:
@@ -172,5 +180,23 @@ def _check_flags(flags: Sequence[str]) -> bool:
     known = parser.parse_args(list(flags))
     if known.resolve and not (known.cfg or known.help):
         raise InputError("flag", "--resolve", "must come with --cfg job")
+    found = list(flags)
+    for flag, folder in (("--config-dir", known.config_dir), ("--config-path", known.config_path)):
+        if folder is None or "://" in folder:
+            continue
+        if not expanded(folder).is_dir():
+            raise InputError(flag, folder, "there is no such folder")
+        found += [flag, str(expanded(folder).absolute())]  # the last one counts
     shows = (known.cfg, known.info, known.help, known.hydra_help, known.shell_completion)
-    return bool(known.multirun) and not any(shows)
+    return bool(known.multirun) and not any(shows), found
+
+
+def _of_its_configuration(error: InputError | None, flags: Sequence[str], keys: Sequence[str]) -> InputError | None:
+    """The error for a --config-name that is no experiment's: Hydra then finds no key that others have."""
+    from hydra._internal.utils import get_args_parser
+
+    name = get_args_parser().parse_args(list(flags)).config_name
+    if name is None or error is None or error.field not in keys or "no such key" not in error.expected:
+        return None
+    expected = f"must name the configuration of an experiment, and this one has no {error.field}"
+    return InputError("--config-name", name, f"{expected}; one of your own has config in its list of defaults")

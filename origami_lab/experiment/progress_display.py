@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 from origami_lab.experiment.terminal_table import NARROW
 from origami_lab.experiment.trial import Polishing, Progress
 from origami_lab.experiment.trial_pool import Event, Started
-from origami_lab.experiment.trial_worker import Failed, Finished
+from origami_lab.experiment.trial_worker import Compiled, Compiling, Failed, Finished
 from origami_lab.runs.trial_row import NO_DESIGN
 
 if TYPE_CHECKING:
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from rich.live import Live
     from rich.table import Table
 
-ANNOUNCE_COMPILATION_AFTER = 4.0
-"""Seconds without kernels after which they are clearly being compiled, not loaded."""
 LINE_EVERY = 10.0
 SHOWN = 12
 """Trials that the live table shows at a time."""
@@ -31,7 +29,6 @@ class _Trial:
 
     interactions: int = 0
     best: float | None = None
-    began: float | None = None
     status: str = "waiting"
     rate: float = 0.0
     polished: tuple[int, float] = (0, 0.0)
@@ -89,8 +86,8 @@ class PlainDisplay(QuietDisplay):
         super().__init__(console)
         self.budget, self.draws = budget, draws
         self.trials = {seed: _Trial() for seed in seeds}
-        self.created = self.last_line = time.monotonic()
-        self.warm = self.announced = False
+        self.last_line = time.monotonic()
+        self.warm = self.announced = self.compiled = False
 
     def note(self, line: str) -> None:
         """Show one line of text as it is."""
@@ -113,18 +110,20 @@ class PlainDisplay(QuietDisplay):
                 self.say(self._line(seed))
 
     def _update(self, event: Event) -> None:
-        now = time.monotonic()
         match event:
             case Started(seed):
                 self.trials[seed].status = "running"
-                self.trials[seed].began = now
-            case Progress(seed, interactions, best):
+            case Compiling():
+                self.announced = True
+                self.say("compiling the kernels: half a minute, the first time only")
+            case Compiled(seconds):
+                self.warm = True
+                self._say_compiled(f" in {seconds:.0f} s")
+            case Progress(seed, interactions, best, seconds):
                 trial = self.trials[seed]
-                if self.announced and not self.warm:
-                    self.say(f"compiled in {now - self.created:.0f} s")
                 self.warm = True
                 trial.interactions, trial.best = interactions, best
-                trial.rate = interactions / max(now - (trial.began or now), 1e-3)
+                trial.rate = interactions / max(seconds, 1e-3)
             case Polishing(seed, steps, best):
                 self.trials[seed].status, self.trials[seed].polished = "polishing", (steps, best)
                 self.warm = self.warm or steps > 0
@@ -136,13 +135,17 @@ class PlainDisplay(QuietDisplay):
                     row.status,
                 )
                 trial.rate = row.interactions_per_second or 0.0
+                self._say_compiled()
                 for warning in warnings:
                     self.say(f"warning: seed {seed}: {warning}")
             case Failed(seed, reason):
                 self.trials[seed].status = f"failed: {reason}"
-        if not self.warm and not self.announced and now - self.created > ANNOUNCE_COMPILATION_AFTER:
-            self.announced = True
-            self.say("compiling the kernels: half a minute, the first time only")
+
+    def _say_compiled(self, how: str = "") -> None:
+        """Say once that compiling has ended, if it had begun."""
+        if self.announced and not self.compiled:
+            self.compiled = True
+            self.say(f"compiled{how}")
 
     def _line(self, seed: int) -> str:
         trial = self.trials[seed]

@@ -26,6 +26,7 @@ from origami_lab.experiment.trial_worker import Failed, Finished
 from origami_lab.runs.run_folder import NO_ROOM, FolderError, RunFolder, read_summary
 from origami_lab.runs.trial_row import TrialRow
 from origami_lab.runs.whereabouts import Whereabouts
+from origami_lab.tracking.store import from_here
 from origami_lab.tracking.tracker import PATIENCE_SECONDS, Tracker, check_tracking, make_tracker
 from origami_lab.workers.interrupts import Interrupts
 
@@ -294,4 +295,7 @@ def _with_seeds_on_disk(settings: Settings, folder: RunFolder, rows: Mapping[int
         asked = set(seeds) if settings.seeds_given else set()
         seeds = tuple(sorted(asked | rows.keys() | set(parse_seeds(folder.config().get("seed")))))
     config = {**settings.config, "seed": format_seeds(seeds), "output": None, "resume": False}
+    tracking = config.get("tracking")
+    if isinstance(tracking, dict) and isinstance(tracking.get("uri"), str):  # where a copy of the project has its own
+        config["tracking"] = {**tracking, "uri": from_here(tracking["uri"])}
     return replace(settings, seeds=seeds, config=config)

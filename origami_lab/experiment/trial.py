@@ -34,6 +34,8 @@ class Progress:
     interactions: int
     best: float | None
     """Best return so far, None before the first."""
+    seconds: float = 0.0
+    """Time of the search so far, without that of compiling kernels."""
 
 
 @dataclass(frozen=True)
@@ -95,13 +97,15 @@ def _search(
     should_stop: Callable[[], bool] | None,
 ) -> tuple[TrialRow, list[str]]:
     """The search of a trial, and its files."""
+    from origami_lab.jit import compile_clock
     from origami_lab.objectives.objective import pose
     from origami_lab.search.problem import Problem, SearchEnded
 
     def on_progress(problem: Problem) -> None:
         if report is not None:
             best = problem.best_value
-            report(Progress(seed, problem.interactions, best if math.isfinite(best) else None))
+            found = best if math.isfinite(best) else None
+            report(Progress(seed, problem.interactions, found, time.perf_counter() - start - clock.seconds))
 
     problem = Problem(
         parts.game,
@@ -112,9 +116,10 @@ def _search(
         should_stop=should_stop,
     )
     start = time.perf_counter()
-    with suppress(SearchEnded):  # a searcher that does not ask for ``done`` ends like this
+    # a searcher that does not ask for ``done`` ends by SearchEnded
+    with compile_clock() as clock, suppress(SearchEnded):
         parts.searcher.search(problem, random_generator(seed))
-    seconds = time.perf_counter() - start
+    seconds = time.perf_counter() - start - clock.seconds
     on_progress(problem)
 
     outcome = problem.outcome()

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from origami_lab.config.settings import Settings
 from origami_lab.experiment.trial import Polishing, Progress
-from origami_lab.experiment.trial_worker import Failed, Finished, Task, serve
+from origami_lab.experiment.trial_worker import Compiled, Compiling, Failed, Finished, Task, serve
 from origami_lab.runs.run_folder import RunFolder
 from origami_lab.workers.worker_process import STOP, WorkerProcess, hear
 
@@ -35,7 +35,7 @@ class Tick:
     """Nothing happened for a moment: time to refresh the display."""
 
 
-Event = Started | Progress | Polishing | Finished | Failed | Tick
+Event = Started | Compiling | Compiled | Progress | Polishing | Finished | Failed | Tick
 
 
 class _Worker(WorkerProcess):
@@ -68,8 +68,8 @@ class TrialPool:
     def run(self, folder: RunFolder, seeds: Sequence[int]) -> Iterator[Event]:
         """Run one trial for each seed and yield what happens, until all have ended.
 
-        The first trial goes ahead until it has found something, or has looked for a while: on a fresh installation
-        it compiles the kernels that the others then load.
+        The first worker goes ahead until it has all kernels, or its trial has found something or has looked for a
+        while: on a fresh installation it compiles the kernels that the others then load.
         """
         todo = deque(seeds)
         ready, first_report = False, math.inf
@@ -130,6 +130,9 @@ class TrialPool:
             if event is None:
                 yield self._bury(worker)
                 continue
+            if isinstance(event, Compiling | Compiled):
+                yield event
+                continue
             worker.playing = True
             if isinstance(event, Finished | Failed):
                 worker.task = None
@@ -159,5 +162,7 @@ class TrialPool:
 
 
 def _is_under_way(event: Event) -> bool:
-    """Whether a trial has played and certified a design, or is over."""
-    return isinstance(event, Polishing | Finished | Failed) or (isinstance(event, Progress) and event.best is not None)
+    """Whether all kernels are on disk, or a trial has played and certified a design, or is over."""
+    return isinstance(event, Compiled | Polishing | Finished | Failed) or (
+        isinstance(event, Progress) and event.best is not None
+    )

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 from origami_lab.config.instantiate import Parts, build_parts
 from origami_lab.config.settings import Settings
+from origami_lab.experiment.kernel_loading import load_kernels, warm_up
 from origami_lab.experiment.trial import run_trial
 from origami_lab.runs.run_folder import FolderError, RunFolder
 from origami_lab.runs.trial_row import TrialRow
@@ -22,6 +23,18 @@ class Task:
     settings: Settings
     folder: RunFolder
     seed: int
+
+
+@dataclass(frozen=True)
+class Compiling:
+    """A worker compiles kernels."""
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """A worker has all kernels of a run; compiling took so many seconds, 0 if they were on disk."""
+
+    seconds: float
 
 
 @dataclass(frozen=True)
@@ -48,16 +61,20 @@ def serve(orders: Orders, calls: Calls, settings: Settings, kernels: bool) -> No
     """Run trials until the parent has no more or goes away.
 
     Before its first task a worker imports its parts, while the parent still checks its input; with ``kernels`` it
-    loads the objective's kernels, too (one worker only: on a fresh installation it compiles).
+    loads all kernels, too (one worker only: on a fresh installation it compiles). The others load them then.
     """
     parts: Parts | None = None
     with contextlib.suppress(Exception):  # what is wrong with the input is for the parent to say
-        from origami_lab.search.problem import Problem
-
         parts = _build(settings, calls)
         if kernels:
-            Problem(parts.game, parts.objective, settings.budget)
+            seconds = warm_up(settings, lambda: orders.say(Compiling()))
+            if seconds is not None:
+                orders.say(Compiled(seconds))
     while isinstance(task := orders.next(), Task):
+        if not kernels:
+            kernels = True
+            with contextlib.suppress(Exception):
+                load_kernels(settings)
         orders.say(_answer(task, orders, parts, calls))
         parts = None  # used up: each trial gets fresh ones
 

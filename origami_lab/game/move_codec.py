@@ -9,7 +9,7 @@ import numpy as np
 from origami_lab.game.kernels import play
 from origami_lab.game.kernels.boundary import NEXT, near_side, tail
 from origami_lab.game.kernels.boundary_sources import boundary_action
-from origami_lab.game.kernels.start_corners import start_corners
+from origami_lab.game.kernels.corner_choice import start_corners
 from origami_lab.game.kernels.state import (
     CREASE,
     LARGEST_PANEL,

@@ -11,12 +11,23 @@ import numpy as np
 from origami_lab.errors import InputError
 from origami_lab.game.kernels.state import CREASE, LARGEST_PANEL, PANEL, RECTANGLE, SEGMENT, SQUARE
 from origami_lab.game.moves import Move, Point
+from origami_lab.game.start_outlines import (
+    Half,
+    board_point,
+    flips_of,
+    has_room,
+    is_list,
+    is_whole,
+    maps_to_itself,
+    outline_fields,
+    picked_box,
+    turn_at,
+    winds_once,
+)
 from origami_lab.geometry.groups import GROUPS, SymmetryGroup
 
 CHOOSE = "choose"
 UPPER, LOWER = "upper", "lower"
-Half = tuple[int, int]
-"""Half of a board's sides: x runs from −half to half by the first, y by the second."""
 _POINT = "a board point, such as [0,-3]"
 
 
@@ -94,12 +105,12 @@ class Square(_Placed):
         """The half-widths that may be chosen on a board from −half to half; raises InputError."""
         edge = min(half)
         if self.position not in (None, CHOOSE):
-            x, y = _point("start.position", self.position, half, f"{_POINT}, null for the centre, or 'choose'")
+            x, y = board_point("start.position", self.position, half, f"{_POINT}, null for the centre, or 'choose'")
             edge = min(half[0] - abs(x), half[1] - abs(y))
             if edge < 2:
                 expected = "is too near to the board's edge: a square must have a cell around its centre and one beyond"
                 raise InputError("start.position", [x, y], expected)
-        if self.size != CHOOSE and not (_is_whole(self.size) and 1 <= int(self.size) < edge):
+        if self.size != CHOOSE and not (is_whole(self.size) and 1 <= int(self.size) < edge):
             raise InputError(
                 "start.size",
                 self.size,
@@ -112,8 +123,8 @@ class Square(_Placed):
     def fields(self, half: Half, group: SymmetryGroup) -> Mapping[str, Any]:
         if self.position == CHOOSE:
             sides = (1, 2 * max(half)) if self.size == CHOOSE else (2 * int(self.size),) * 2
-            return _picked_box(group, sides, sides, is_square=1)
-        x, y = (0, 0) if self.position is None else _point("start.position", self.position, half, _POINT)
+            return picked_box(group, sides, sides, is_square=1)
+        x, y = (0, 0) if self.position is None else board_point("start.position", self.position, half, _POINT)
         if any((matrix @ (x, y) != (x, y)).any() for matrix in group.matrices):
             expected = f"must be mapped to itself by symmetry={group.name}, as the square is"
             raise InputError("start.position", [x, y], expected)
@@ -143,11 +154,11 @@ class Rectangle(_Placed):
     def placements(self, half: Half) -> range:
         """None to choose from but its corners; raises InputError."""
         for name, value, most in (("width", self.width, half[0]), ("height", self.height, half[1])):
-            if value != CHOOSE and not (_is_whole(value) and 1 <= int(value) <= 2 * (most - 1)):
+            if value != CHOOSE and not (is_whole(value) and 1 <= int(value) <= 2 * (most - 1)):
                 expected = f"must be a number of cells from 1 to {2 * (most - 1)} on this board, or 'choose'"
                 raise InputError(f"start.{name}", value, expected)
         if self.corner != CHOOSE:
-            _point("start.corner", self.corner, half, f"{_POINT}, or 'choose'")
+            board_point("start.corner", self.corner, half, f"{_POINT}, or 'choose'")
         return range(1)
 
     def fields(self, half: Half, group: SymmetryGroup) -> Mapping[str, Any]:
@@ -155,16 +166,16 @@ class Rectangle(_Placed):
             (1, 2 * most) if value == CHOOSE else (int(value),) * 2
             for value, most in ((self.width, half[0]), (self.height, half[1]))
         )
-        fields = _picked_box(group, wide, high)
+        fields = picked_box(group, wide, high)
         if isinstance(self.corner, str):
-            if not _has_room(fields, half):
+            if not has_room(fields, half):
                 expected = f"no rectangle of this size is mapped to itself by symmetry={group.name} within this board"
                 raise InputError("start.width", self.width, f"{expected}: choose another, or choose")
             return fields
         images = group.matrices @ np.array(self.corner)
         pin = images[group.playable(images)][0]
         fields |= {"is_pinned": 1, "pin": pin}
-        if not _has_room(fields, half, self.corner):
+        if not has_room(fields, half, self.corner):
             expected = f"is no lower left corner of such a rectangle with symmetry={group.name} within this board"
             raise InputError("start.corner", list(self.corner), expected)
         return fields
@@ -205,7 +216,7 @@ class Crease(_Placed):
         edge = half[1]
         if self.position == CHOOSE:
             return range(1 - edge, edge)
-        if not _is_whole(self.position) or abs(int(self.position)) >= edge:
+        if not is_whole(self.position) or abs(int(self.position)) >= edge:
             raise InputError(
                 "start.position",
                 self.position,
@@ -218,9 +229,9 @@ class Crease(_Placed):
         if self.ends == CHOOSE:
             return []
         expected = "two different board points, such as [[-2,0],[2,1]], null, or 'choose'"
-        if self.ends is None or isinstance(self.ends, str) or not _is_list(self.ends) or len(self.ends) != 2:
+        if self.ends is None or isinstance(self.ends, str) or not is_list(self.ends) or len(self.ends) != 2:
             raise InputError("start.ends", self.ends, f"must be {expected}")
-        first, second = (_point("start.ends", end, half, expected) for end in self.ends)
+        first, second = (board_point("start.ends", end, half, expected) for end in self.ends)
         if first == second:
             raise InputError("start.ends", [list(end) for end in self.ends], f"must be {expected}")
         return sorted([first, second])
@@ -231,8 +242,8 @@ class Crease(_Placed):
             return {"stays_below": below, "n_driven": 1}
         ends = self._given_ends(half)
         if not ends:
-            return {"stays_below": below, "n_driven": 1, "picks": 2 if group.order == 1 else 1, **_flips(group)}
-        return _outline(ends[::-1] if below else ends, (1, 0))
+            return {"stays_below": below, "n_driven": 1, "picks": 2 if group.order == 1 else 1, **flips_of(group)}
+        return outline_fields(ends[::-1] if below else ends, (1, 0))
 
     def check_symmetry(self, symmetry: str) -> None:
         """Its two panels fold differently, so no mirror may swap them; raises InputError."""
@@ -284,7 +295,7 @@ class Panel(_Placed):
         return range(1)
 
     def fields(self, half: Half, group: SymmetryGroup) -> Mapping[str, Any]:
-        return _outline(*self._outline(half))
+        return outline_fields(*self._outline(half))
 
     def check_symmetry(self, symmetry: str) -> None:
         """It must be mapped to itself, and the signs of its sides; raises InputError."""
@@ -296,111 +307,18 @@ class Panel(_Placed):
     def _outline(self, half: Half | None = None) -> tuple[list[Point], tuple[int, ...]]:
         """Its corners counter-clockwise, with the sign of the side after each."""
         expected = f"three to {LARGEST_PANEL} board points, such as [[0,2],[-2,0],[0,-2],[2,0]]"
-        if not _is_list(self.corners) or not 3 <= len(self.corners) <= LARGEST_PANEL:
+        if not is_list(self.corners) or not 3 <= len(self.corners) <= LARGEST_PANEL:
             raise InputError("start.corners", self.corners, f"must be {expected}")
-        corners = [_point("start.corners", corner, half, expected) for corner in self.corners]
+        corners = [board_point("start.corners", corner, half, expected) for corner in self.corners]
         signs = (1,) * len(corners) if self.signs is None else self.signs
-        if not _is_list(signs) or len(signs) != len(corners) or not all(_is_whole(s) and abs(s) <= 1 for s in signs):
+        if not is_list(signs) or len(signs) != len(corners) or not all(is_whole(s) and abs(s) <= 1 for s in signs):
             raise InputError("start.signs", self.signs, "must be null, or a 1, -1 or 0 for each side")
         if not any(signs):
             raise InputError("start.signs", list(signs), "must have a side that is driven, 1 or -1")
-        turns = np.sign([_turn(corners, i) for i in range(len(corners))])
-        if abs(turns.sum()) != len(corners) or not _winds_once(corners):
+        turns = np.sign([turn_at(corners, i) for i in range(len(corners))])
+        if abs(turns.sum()) != len(corners) or not winds_once(corners):
             shown = [list(corner) for corner in corners]
             raise InputError("start.corners", shown, "must be the corners of a strictly convex polygon, in order")
         if turns[0] < 0:  # clockwise: the side before a corner comes after it
             corners, signs = corners[::-1], (*tuple(signs)[-2::-1], signs[-1])
         return corners, tuple(signs)
-
-
-def maps_to_itself(corners: list[Point], signs: tuple[int, ...], group: SymmetryGroup) -> bool:
-    """Whether a symmetry group maps an outline to itself, its sides to sides of the same sign and nothing inside out.
-
-    ``corners`` go round counter-clockwise, ``signs`` are those of the sides from each to the next; of a crease there
-    are two, its own and 0 for the panel that stays.
-    """
-    count = len(corners)
-    sides = {(corners[i], corners[(i + 1) % count]): signs[i] for i in range(count)}
-    for matrix in group.matrices:
-        turned = np.linalg.det(matrix) < 0
-        for (a, b), sign in sides.items():
-            (x, y), (z, w) = ((int(t) for t in matrix @ np.array(p)) for p in (a, b))
-            side = ((z, w), (x, y)) if turned else ((x, y), (z, w))
-            if sides.get(side) != sign:
-                return False
-    return True
-
-
-def _outline(corners: list[Point], signs: tuple[int, ...]) -> dict[str, Any]:
-    """The fields of the rules' record for a pattern that is given."""
-    room = np.zeros((LARGEST_PANEL, 2), dtype=np.int32)
-    sides = np.zeros(LARGEST_PANEL, dtype=np.int32)
-    room[: len(corners)], sides[: len(corners)] = corners, signs
-    return {"n_corners": len(corners), "corners": room, "sides": sides, "n_driven": int(np.count_nonzero(signs))}
-
-
-def _picked_box(
-    group: SymmetryGroup, wide: tuple[int, ...], high: tuple[int, ...], is_square: int = 0
-) -> dict[str, Any]:
-    """The fields of the rules' record for a rectangle whose corners are chosen, of least and most width and height."""
-    flips = _flips(group)
-    picks = 1 if all(flips.values()) else 2
-    least, most = ((wide[j], high[j]) for j in range(2))
-    is_square = int(is_square or group.name == "xyd")
-    return {"picks": picks, "n_driven": 4, "least": least, "most": most, "is_square": is_square, **flips}
-
-
-def _flips(group: SymmetryGroup) -> dict[str, int]:
-    """Whether a group takes x to −x, and y to −y."""
-    has = {tuple(matrix.ravel().tolist()) for matrix in group.matrices}
-    return {"flips_x": int((-1, 0, 0, 1) in has), "flips_y": int((1, 0, 0, -1) in has)}
-
-
-def _has_room(fields: Mapping[str, Any], half: Half, corner: Point | None = None) -> bool:
-    """Whether a rectangle fits, its lower left corner at one point if that is given."""
-    least, most = fields["least"], fields["most"]
-    sides = []
-    for j, flips in enumerate((fields["flips_x"], fields["flips_y"])):
-        inside = half[j] - 1
-        if corner is None:
-            lengths = list(range(least[j], min(most[j], 2 * inside) + 1))
-            found = [length for length in lengths if not flips or length % 2 == 0]
-        else:
-            lengths = [-2 * corner[j]] if flips else list(range(least[j], inside - corner[j] + 1))
-            found = [length for length in lengths if least[j] <= length <= most[j] and abs(corner[j]) <= inside]
-        sides.append(set(found))
-    return bool(sides[0] & sides[1] if fields["is_square"] else sides[0] and sides[1])
-
-
-def _turn(corners: list[Point], i: int) -> int:
-    """Positive where an outline turns left at its i-th corner."""
-    (ax, ay), (bx, by), (cx, cy) = corners[i - 1], corners[i], corners[(i + 1) % len(corners)]
-    return (bx - ax) * (cy - by) - (by - ay) * (cx - bx)
-
-
-def _winds_once(corners: list[Point]) -> bool:
-    """Whether an outline that always turns to one side goes round once only."""
-    ends = np.array(corners, dtype=float)
-    sides = np.roll(ends, -1, axis=0) - ends
-    angles = np.arctan2(sides[:, 1], sides[:, 0])
-    steps = (np.roll(angles, -1) - angles + np.pi) % (2 * np.pi) - np.pi
-    return abs(abs(steps.sum()) - 2 * np.pi) < 1e-6
-
-
-def _point(field: str, value: Any, half: Half | None, expected: str) -> Point:
-    """A board point that is not on the board's edge; raises InputError."""
-    if not _is_list(value) or len(value) != 2 or not all(_is_whole(t) for t in value):
-        raise InputError(field, value, f"must be {expected}")
-    x, y = int(value[0]), int(value[1])
-    if half is not None and not (abs(x) < half[0] and abs(y) < half[1]):
-        inside = f"x from {1 - half[0]} to {half[0] - 1}, y from {1 - half[1]} to {half[1] - 1}"
-        raise InputError(field, [x, y], f"must lie inside the board's edge, {inside}")
-    return x, y
-
-
-def _is_list(value: Any) -> bool:
-    return isinstance(value, list | tuple)
-
-
-def _is_whole(value: object) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool)

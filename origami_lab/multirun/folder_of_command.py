@@ -21,7 +21,34 @@ from origami_lab.runs.run_folder import RESULTS, fresh_folder
 MULTIRUNS = RESULTS / "multirun"
 
 
-SWEEP_DIR = "hydra.sweep.dir"
+RUN_DIR, SWEEP_DIR = "hydra.run.dir", "hydra.sweep.dir"
+"""Hydra's names for the folder of a run and of a multirun."""
+
+
+def own_words(overrides: Sequence[str], several: bool) -> list[str]:
+    """The overrides with ``output`` for Hydra's name of a run's folder.
+
+    Raises
+    ------
+    InputError
+        If they set something of Hydra's that would be without effect.
+    """
+    if (value := typed_value(overrides, RUN_DIR)) is not None and several:
+        raise InputError(RUN_DIR, value, "is the folder of one run; that of a multirun is given as output=DIR")
+    if (there := typed_value(overrides, SWEEP_DIR)) is not None and not several:
+        raise InputError(SWEEP_DIR, there, "is the folder of a multirun, -m; that of one run is given as output=DIR")
+    if (below := typed_value(overrides, "hydra.sweep.subdir")) is not None:
+        expected = "cannot be chosen: the folders of a multirun's jobs are named by what differs"
+        raise InputError("hydra.sweep.subdir", below, expected)
+    if typed_value(overrides, "hydra.job.chdir") is True:
+        raise InputError("hydra.job.chdir", "true", "must be false: paths are meant from where the command is typed")
+    if value is None:
+        return list(overrides)
+    if typed_value(overrides, "output") is not None:
+        raise InputError(RUN_DIR, value, "is the same thing as output; give one of them")
+    folder = str(_folder(RUN_DIR, value)).replace("\\", "\\\\").replace("'", "\\'")
+    kept = [word for word in overrides if word.partition("=")[0].lstrip("+") not in (RUN_DIR, "output")]
+    return [*kept, f"output='{folder}'"]
 
 
 @contextmanager

@@ -14,6 +14,7 @@ from origami_lab.files import is_regular
 from origami_lab.runs.run_folder import read_note, read_summary
 from origami_lab.sweep.study_record import read_record
 from origami_lab.tracking.mlflow_log import CONTENT, PARENT, Logged, MlflowLog, digest, metrics_of
+from origami_lab.tracking.moved_store import noted_store
 
 ARTIFACTS = (
     *("best.yaml", "summary.md", "summary.json", "trials.csv"),
@@ -37,7 +38,7 @@ class StudyRuns(MlflowLog):
 
     @staticmethod
     def store_of(folder: Path) -> str | None:
-        return read_note(folder).get("uri")
+        return noted_store(folder)
 
     def _take_up_key(self, keep: bool) -> str:
         """The key of the study, the same on all machines."""
@@ -55,7 +56,8 @@ class StudyRuns(MlflowLog):
 
     def _is_ours(self, trial: Mapping[str, Any]) -> bool:
         """Whether a worker of this machine played it, for this folder."""
-        inside = Path(trial["folder"]).is_relative_to(self.folder.absolute())
+        played = Path(trial["folder"])  # where it was then
+        inside = played.is_relative_to(self.folder.absolute()) or (self.folder / "trials" / played.name).is_dir()
         return inside and trial["host"] in (platform.node(), "")
 
     # --- the runs ---

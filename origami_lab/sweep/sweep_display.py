@@ -6,7 +6,6 @@ import time
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from origami_lab.experiment.progress_display import ANNOUNCE_COMPILATION_AFTER
 from origami_lab.sweep.studies import best_slot, returns_of
 from origami_lab.sweep.trial_queue import Slot
 from origami_lab.text import command_text
@@ -14,6 +13,10 @@ from origami_lab.text import command_text
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.status import Status
+
+
+ANNOUNCE_AFTER = 8.0
+"""Seconds without kernels after which a word is said about them."""
 
 
 class SweepDisplay:
@@ -70,7 +73,7 @@ class SweepDisplay:
     def show(self, slots: Sequence[Slot], warm: bool) -> None:
         """Take in how it stands."""
         waited = time.monotonic() - self.began
-        if not warm and not self.announced and waited > 2 * ANNOUNCE_COMPILATION_AFTER:
+        if not warm and not self.announced and waited > ANNOUNCE_AFTER:
             self.announced = True
             self.note("loading the kernels; the first time on a machine they are compiled, which takes a minute")
         for slot in slots:

@@ -9,16 +9,17 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from origami_lab.runs.run_folder import read_note, write_note
+from origami_lab.runs.run_folder import write_note
 from origami_lab.sweep.study_record import RECORD
 from origami_lab.sweep.sweep_config import Declaration
+from origami_lab.tracking.moved_store import address_note, noted_store
 from origami_lab.tracking.store import absolute_uri, check_store, default_uri
 from origami_lab.tracking.tracker import MlflowTracker, NullTracker, Say, Tracker
 
 
 def store_of_study(declaration: Declaration) -> str:
     """The URI of the store: as declared, else where the study was tracked before, else the default one."""
-    return str(declaration.tracking.uri or read_note(declaration.folder).get("uri") or default_uri())
+    return str(declaration.tracking.uri or noted_store(declaration.folder) or default_uri())
 
 
 def check_sweep_tracking(declaration: Declaration) -> None:
@@ -38,7 +39,9 @@ def make_sweep_tracker(declaration: Declaration, say: Say, later: Sequence[str])
     if declaration.tracking.kind == "none":
         return NullTracker()
     uri = absolute_uri(store_of_study(declaration))
-    write_note(declaration.folder, {"uri": uri, "experiment": declaration.tracking.experiment})
+    write_note(
+        declaration.folder, {**address_note(declaration.folder, uri), "experiment": declaration.tracking.experiment}
+    )
     return MlflowTracker(declaration.folder, uri, say, pusher=__name__, later=later)
 
 

@@ -50,6 +50,7 @@ from origami_lab.runs.trial_row import (
     spreads,
 )
 from origami_lab.tracking.mlflow_log import CONTENT, PARENT, Logged, MlflowLog, digest, metrics_of
+from origami_lab.tracking.moved_store import address_note, noted_store
 from origami_lab.tracking.store import RefusedError, absolute_uri
 
 if TYPE_CHECKING:
@@ -102,7 +103,8 @@ class ExperimentRuns(MlflowLog):
 
     @staticmethod
     def store_of(folder: Path) -> str | None:
-        return read_note(folder).get("uri") or read_run(folder).tracking.uri
+        configured = read_run(folder).tracking.uri
+        return noted_store(folder, configured) or configured
 
     @staticmethod
     @contextmanager
@@ -119,8 +121,8 @@ class ExperimentRuns(MlflowLog):
     def _take_up_key(self, keep: bool) -> str:
         note = read_note(self.folder)
         key = str(note.get("key") or uuid.uuid4().hex)
-        known = note.get("uri") if keep and note.get("key") else None
-        changed = {"key": key, "uri": known or absolute_uri(self.uri)}
+        known = noted_store(self.folder) if keep and note.get("key") else None
+        changed = {"key": key, **address_note(self.folder, known or absolute_uri(self.uri))}
         if changed != note:
             try:
                 write_note(self.folder, changed)

@@ -5,19 +5,22 @@ from __future__ import annotations
 import os
 import signal
 import socket
+import sqlite3
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from origami_lab.addresses import hidden, whole
 from origami_lab.caches import homeless
 from origami_lab.errors import InputError
+from origami_lab.tracking.moved_store import ARTIFACTS, take_along
 from origami_lab.tracking.store import (
-    ARTIFACTS,
     DEFAULT_STORE,
+    LOCK_SECONDS,
     QUIET,
     StoreError,
     cause_of,
@@ -94,6 +97,8 @@ def serve_dashboard(store: str, host: str, port: int, say: Callable[[str], None]
     environment["MLFLOW_BACKEND_STORE_URI"] = whole(store)  # not in the command, which all can see
     command += ["--host", host, "--port", str(port), "--workers", "1", "--uvicorn-opts", "--log-level warning"]
     if (file := sqlite_file(store)) is not None:
+        with suppress(sqlite3.Error):  # one that can only be read is shown as it is
+            take_along(file, LOCK_SECONDS)
         command += ["--default-artifact-root", (file.absolute().parent / ARTIFACTS).as_uri()]
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as output:
         # a session of its own: Ctrl-C reaches us only, and we end all of it

@@ -26,6 +26,7 @@ from origami_lab.errors import InputError
 from origami_lab.files import replacing
 from origami_lab.runs.run_folder import RESULTS
 from origami_lab.tracking.mlflow_limits import artifact_folder
+from origami_lab.tracking.moved_store import ARTIFACTS, take_along
 from origami_lab.tracking.sqlite_address import why_not_shared
 
 if TYPE_CHECKING:
@@ -33,8 +34,6 @@ if TYPE_CHECKING:
     from mlflow.entities import Run
 
 DEFAULT_STORE = RESULTS / "mlflow.db"
-ARTIFACTS = "mlartifacts"
-"""The folder beside an SQLite store for files of the runs."""
 SERVERS = ("http", "https")
 SCHEMES = (*SERVERS, "sqlite", "postgresql", "mysql", "mssql", "databricks", "databricks-uc", "uc")
 ANSWER_SECONDS = 10
@@ -95,6 +94,13 @@ def absolute_uri(uri: str) -> str:
     """The same store, named from anywhere."""
     file = sqlite_file(uri)
     return uri if file is None or file.is_absolute() else uri.replace(str(file), str(file.absolute()), 1)
+
+
+def from_here(uri: str) -> str:
+    """The same store, named from the working directory if it is inside it."""
+    file = sqlite_file(uri)
+    inside = file is not None and file.is_absolute() and file.is_relative_to(Path.cwd())
+    return uri.replace(str(file), str(file.relative_to(Path.cwd())), 1) if file is not None and inside else uri
 
 
 def shown(uri: str) -> str:
@@ -216,6 +222,7 @@ def open_client(uri: str) -> MlflowClient:
         file = sqlite_file(uri)
         if file is not None and not file.name.startswith("file:"):
             create_database(file)
+            take_along(file, LOCK_SECONDS)
         return MlflowClient(tracking_uri=whole(uri))
 
 

@@ -20,10 +20,10 @@ from typing import Protocol
 from origami_lab.about import PACKAGE
 from origami_lab.config.node import flatten
 from origami_lab.config.settings import Settings
-from origami_lab.runs.run_folder import read_note
 from origami_lab.streams import open_descriptors
 from origami_lab.text import command_text
 from origami_lab.tracking.mlflow_limits import check_names
+from origami_lab.tracking.moved_store import noted_store
 from origami_lab.tracking.store import QUIET, absolute_uri, check_store, default_uri, shown
 
 PATIENCE_SECONDS = 60.0
@@ -74,7 +74,7 @@ def check_tracking(settings: Settings) -> None:
 
 def store_of(settings: Settings, folder: Path | None) -> str:
     """The URI of the store: as configured, else where the run folder was tracked before, else the default one."""
-    noted = None if folder is None else read_note(folder).get("uri")
+    noted = None if folder is None else noted_store(folder)
     return str(settings.tracking.uri or noted or default_uri())
 
 

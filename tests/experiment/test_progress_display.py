@@ -11,8 +11,8 @@ from rich.console import Console
 from origami_lab.experiment import progress_display as progress
 from origami_lab.experiment.progress_display import LiveDisplay, PlainDisplay, QuietDisplay, make_display
 from origami_lab.experiment.trial import Progress
-from origami_lab.experiment.trial_pool import Started, Tick
-from origami_lab.experiment.trial_worker import Failed, Finished
+from origami_lab.experiment.trial_pool import Event, Started, Tick
+from origami_lab.experiment.trial_worker import Compiled, Compiling, Failed, Finished
 from tests.small_runs import trial_row
 
 ROW = trial_row(3, -0.5, interactions=100, interactions_per_second=50.0)
@@ -60,11 +60,37 @@ def test_quiet_shows_only_what_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     assert shown(False, monkeypatch, "quiet") == "[bold] is not markup\n"
 
 
-def test_compilation_is_announced_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(progress, "ANNOUNCE_COMPILATION_AFTER", 0.0)
-    text = shown(False, monkeypatch)
-    assert text.count("compiling the kernels") == 1
-    assert text.count("compiled in") == 1
+@pytest.mark.parametrize(
+    ("events", "said"),
+    [
+        (
+            (Compiling(), Compiled(31.4), Progress(3, 10, None), Finished(3, ROW, [])),
+            ["compiling the", "compiled in 31 s"],
+        ),
+        ((Compiled(0.0), Progress(3, 10, None), Finished(3, ROW, [])), []),
+        (
+            (Compiling(), Progress(3, 10, None), Finished(3, ROW, [])),
+            ["compiling the", "compiled"],
+        ),  # parts of a user's
+        ((Compiling(), Progress(3, 10, None)), ["compiling the"]),
+    ],
+)
+def test_compiling_is_said_while_it_happens_and_its_end_once(events: tuple[Event, ...], said: list[str]) -> None:
+    out = io.StringIO()
+    with make_display(Console(file=out, width=100), "normal", [3], 100) as display:
+        for event in (Started(3), *events):
+            display.show(event)
+    found = [line for line in out.getvalue().splitlines() if line.startswith("compil")]
+    assert len(found) == len(said)
+    assert all(line.startswith(begin) for line, begin in zip(found, said, strict=True))
+
+
+def test_the_pace_is_that_of_the_search_alone() -> None:
+    out = io.StringIO()
+    with make_display(Console(file=out, width=100), "normal", [3], 100) as display:
+        for event in (Started(3), Progress(3, 100, -1.0, 0.5)):
+            display.show(event)
+    assert "100 of 100 interactions, 200/s" in out.getvalue()
 
 
 def test_the_display_fits_where_the_output_goes(monkeypatch: pytest.MonkeyPatch) -> None:

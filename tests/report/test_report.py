@@ -67,7 +67,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_all_files_are_there_and_whole(results: Path) -> None:
     report = results / "report"
-    assert {path.name for path in report.iterdir()} == {*TABLES, "index.html", "figures", "designs"}
+    assert {path.name for path in report.iterdir()} == {*TABLES, "index.html", "figures", "designs", "files.json"}
     figures = {path.name for path in (report / "figures").iterdir()}
     expected = {"gallery", "learning-pyramid", "learning-cube", "solved-pyramid", "solved-cube"}
     expected |= {"pattern-pyramid", "motion-pyramid"}

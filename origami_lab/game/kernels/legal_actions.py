@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from origami_lab.game.kernels.boundary import NEXT, PREV, is_own_image, mirror_between, near_side, side_is_open
 from origami_lab.game.kernels.boundary_sources import boundary_action, count_free_segments, write_free_segments
-from origami_lab.game.kernels.start_corners import write_picks
+from origami_lab.game.kernels.corner_choice import write_picks
 from origami_lab.game.kernels.state import (
     FIRST,
     ON_BOUNDARY,

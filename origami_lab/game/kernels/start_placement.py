@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from origami_lab.game.kernels.start_corners import start_corners
+from origami_lab.game.kernels.corner_choice import start_corners
 from origami_lab.game.kernels.state import (
     BARE,
     LARGEST_PANEL,

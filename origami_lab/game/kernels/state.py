@@ -189,7 +189,7 @@ def axis_of(r: Record, x: int, y: int) -> int:
 #   3n + 1 + 2·end + (sign > 0)                         lay a source across the start (0) or end (1) axis
 #   3n + 5 + 2·option + (sign > 0)                      place the start pattern
 #   3n + 5 + 2·n_placements + (sign > 0)                begin a source on the boundary; its place is a location
-# Where the corners of the start pattern are chosen they come first, as locations (start_corners.py says which).
+# Where the corners of the start pattern are chosen they come first, as locations (corner_choice.py says which).
 
 
 @inlined

@@ -27,6 +27,7 @@ class NeighbourhoodSearch(MethodNumbers):
         covers = None not in offered
         improver: Covering | Accepting = Covering(problem, draws, self) if covers else Accepting(problem, draws, self)
         Portfolio(problem, draws, self, improver).search(self._start_alone(problem, improver))
+        self._score_at_all_angles(problem)
 
     def _start_alone(self, problem: Problem, improver: Covering | Accepting) -> float:
         """The distance of the start pattern alone, half the longer side of the board if it has none."""
@@ -36,3 +37,11 @@ class NeighbourhoodSearch(MethodNumbers):
             return 0.0
         value = bench.score(WORK)
         return -value if math.isfinite(value) else float(max(problem.game.rules.half))
+
+    def _score_at_all_angles(self, problem: Problem) -> None:
+        """Runs look at driving angles up to their own: the best design may be worth more at a larger one."""
+        found = problem.outcome()
+        if found.succeeded:
+            whole = problem.new_positions(1)
+            whole.states[:] = problem.game.replay(found.actions)
+            problem.finish(whole, 0)
