@@ -127,6 +127,8 @@ def check_store(uri: object, field: str = "tracking.uri") -> None:
     except ValueError as error:
         raise InputError(field, uri, f"{EXPECTED} ({str(error).lower()})") from error
     scheme = parts.scheme.partition("+")[0]
+    if scheme not in ("", "file") and "://" not in str(uri):  # nothing would know its secrets from its host
+        raise InputError(field, uri, EXPECTED)
     if not isinstance(uri, str) or scheme not in SCHEMES:
         plugins = {entry.name for entry in entry_points(group="mlflow.tracking_store")}
         files = scheme in ("", "file") and os.environ.get("MLFLOW_ALLOW_FILE_STORE") == "true"

@@ -151,7 +151,7 @@ def test_a_configuration_holds_none(
         assert settings.tracking.uri == settings.config["tracking"]["uri"] == written
         assert whole(written) == address
     for more in ([], ["--resolve"]):
-        for word in (f"tracking.uri={address}", "tracking.uri='${oc.env:MY_STORE}'"):
+        for word in (f"tracking.uri='{address}'", "tracking.uri='${oc.env:MY_STORE}'"):
             assert main(["target=cube", word, "--cfg", "job", *more]) == 0
             said = capfd.readouterr()
             assert SECRET not in said.out + said.err
