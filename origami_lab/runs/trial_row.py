@@ -109,7 +109,7 @@ class TrialRow:
         return {column: value for column, value in found.items() if value is not None} if self.has_failed else found
 
     def said(self) -> dict[str, Value]:
-        """Column → value but for empty columns that version 0.1.0 did not have: what tells whether a row has changed."""
+        """Column → value without empty columns that version 0.1.0 did not have: tells whether a row has changed."""
         columns = list(KINDS)
         later = columns[columns.index("certificate") + 1 :]
         return {column: value for column, value in self.values().items() if value is not None or column not in later}

@@ -44,6 +44,7 @@ ROOT = Path(__file__).parents[2]
 OWN_OBJECTIVE = (
     *("--config-dir", str(Path(__file__).parent / "conf")),
     *("board=9x9", "symmetry=xy", "search=rdm", "tracking=none"),
+    "trust=origami-lab",  # installed to be developed in place, it has these tests, too
 )
 
 
