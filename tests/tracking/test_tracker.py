@@ -154,7 +154,7 @@ def test_a_batch_system_that_signals_every_process(tmp_path: Path) -> None:
     """The pusher has a session of its own, but a container's end reaches it, too."""
     arguments = ("objective=beacon", f"objective.file={tmp_path}/on", "budget=1e9", "seed=0", "workers=1")
     tracked = tuple(text for text in OWN_OBJECTIVE if text != "tracking=none")
-    process = background(tmp_path, *tracked, *arguments, "tracking.experiment=batch")
+    process = background(tmp_path, *tracked, *arguments, "output=out", "tracking.experiment=batch")
     wait_for((tmp_path / "out/tracking.json").exists, process)
     time.sleep(1.0)
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
