@@ -12,8 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from hydra._internal.core_plugins.file_config_source import FileConfigSource
-from hydra._internal.core_plugins.importlib_resources_config_source import ImportlibResourcesConfigSource
+from hydra._internal.core_plugins import file_config_source, importlib_resources_config_source
 from hydra._internal.sources_registry import SourcesRegistry
 from hydra.core.plugins import Plugins
 from hydra.plugins.config_source import ConfigResult
@@ -41,14 +40,15 @@ def only_checked_files() -> Iterator[None]:
     Plugins.instance()  # registers Hydra's sources, the first time
     types = SourcesRegistry.instance().types
     before = dict(types)
-    types.update({"file": _CheckedFiles, "pkg": _CheckedPackage})
+    types.update({"file": FileConfigSource, "pkg": ImportlibResourcesConfigSource})
     try:
         yield
     finally:
         types.update(before)
 
 
-class _CheckedFiles(FileConfigSource):
+# Named as Hydra's own: a launcher's job takes over the registry, and Hydra knows its sources there by their names.
+class FileConfigSource(file_config_source.FileConfigSource):
     """Files of a folder."""
 
     def load_config(self, config_path: str) -> ConfigResult:
@@ -63,7 +63,7 @@ class _CheckedFiles(FileConfigSource):
         return result
 
 
-class _CheckedPackage(ImportlibResourcesConfigSource):
+class ImportlibResourcesConfigSource(importlib_resources_config_source.ImportlibResourcesConfigSource):
     """Files of an installed package."""
 
     def load_config(self, config_path: str) -> ConfigResult:

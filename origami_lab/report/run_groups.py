@@ -124,7 +124,7 @@ def _headings(name: str, runs: Mapping[Part, int], notes: list[Note]) -> dict[tu
         notes.append(Note(f"{name}, where nothing else is said: {', '.join(_shown(key, usual) for key in keys)}"))
     for number, variant in enumerate(ordered[1:], start=2):
         part = parts[variant]
-        own = [key for key in keys if part.get(key) != usual.get(key)]
+        own = [key for key in keys if (key in part) != (key in usual) or part.get(key) != usual.get(key)]
         label = ", ".join(_shown(key, part) for key in own)
         if len(own) > _MOST_IN_NAME:
             notes.append(Note(f"{name} #{number}: {label}"))
@@ -134,10 +134,10 @@ def _headings(name: str, runs: Mapping[Part, int], notes: list[Note]) -> dict[tu
 
 
 def _differing(parts: Iterable[Mapping[str, Any]]) -> list[str]:
-    """The keys, in order, that are not the same in all; one that is not there is one that is not set."""
+    """The keys, in order, that are not the same in all."""
     parts = list(parts)
     keys = sorted({key for part in parts for key in part})
-    return [key for key in keys if any(part.get(key) != parts[0].get(key) for part in parts)]
+    return [key for key in keys if any(key not in p or p[key] != parts[0].get(key) for p in parts)]
 
 
 def _sorting(key: str, part: Mapping[str, Any]) -> tuple[int, float, str]:

@@ -108,6 +108,12 @@ class TrialRow:
         found = {column: getattr(self, name) for column, name in _FIELDS.items()}
         return {column: value for column, value in found.items() if value is not None} if self.has_failed else found
 
+    def said(self) -> dict[str, Value]:
+        """Column → value without empty columns that version 0.1.0 did not have: tells whether a row has changed."""
+        columns = list(KINDS)
+        later = columns[columns.index("certificate") + 1 :]
+        return {column: value for column, value in self.values().items() if value is not None or column not in later}
+
     def write(self, file: Path, beside: Mapping[str, Any] = MappingProxyType({})) -> None:
         """Write the row as a trial's result.json, with what it says beside the row."""
         file.write_text(json.dumps({**self.values(), **beside}, indent=2) + "\n", encoding="utf-8")

@@ -157,7 +157,7 @@ class ExperimentRuns(MlflowLog):
         return {key: str(value) for key, value in flatten(fixed).items()}
 
     def _push_entry(self, root: str, seed: int, row: TrialRow) -> bool:
-        content = digest(row.values())
+        content = digest(row.said())
         if self._is_there(seed, content):
             return False
         path = trial_folder(self.folder, seed)
@@ -188,7 +188,7 @@ class ExperimentRuns(MlflowLog):
         """Log the experiment's figures, table and best pictures on the parent and end it; whether that was to do."""
         summary = read_summary(self.folder)
         whole = all(seed in rows and rows[seed].outcome != STOPPED for seed in self.settings.seeds)
-        content = digest({"rows": {seed: row.values() for seed, row in rows.items()}, "summary": summary})
+        content = digest({"rows": {seed: row.said() for seed, row in rows.items()}, "summary": summary})
         if self.root == Logged(root, content):
             return False
         self._log_figures(root, rows, summary)

@@ -107,7 +107,7 @@ REFUSED: list[tuple[list[str], str, str]] = [
     ([BOWL, "--config-name", "nosuch"], "configuration=nosuch:", "Cannot find"),
     (["exprot", "x", "--to", "svg"], "command=exprot:", "did you mean export?"),
     ([BOWL, "tracking.experiment=" + "x" * 501], "tracking.experiment=xxx", "at most 500 characters"),
-    ([BOWL, "+objective." + "x" * 300 + "=1"], "objective.xxx", "too long"),
+    ([BOWL, "+objective." + "x" * 300 + "=1"], "+objective.xxx", "too long"),
     ([BOWL, "--cfg"], "flag=--cfg:", "expected one argument"),
     ([BOWL, "--resolve"], "flag=--resolve:", "--cfg job"),
     ([BOWL, "--frobnicate"], "flag=--frobnicate:", "--help"),

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import origami_lab
@@ -200,7 +201,8 @@ def test_load_is_what_is_on_disk(tracked: Path, tmp_path: Path, monkeypatch: pyt
     for row in table:
         for name, value in row.values().items():
             if name != "seed":
-                assert result.trials.loc[row.seed, name] == value
+                found = result.trials.loc[row.seed, name]
+                assert pd.isna(found) if value is None else found == value
     for name in result.trials.columns:
         kind = {int: "Int64", float: "float64", str: "string"}[KINDS[name]]
         assert str(result.trials[name].dtype) == kind

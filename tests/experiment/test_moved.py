@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 from pathlib import Path
 
@@ -66,7 +65,7 @@ def test_what_was_kept_is_said_truly(
     assert main([*WORDS, "output=out"]) == 1
     said = capfd.readouterr().err
     monkeypatch.undo()
-    os.chdir(tmp_path)
+    monkeypatch.chdir(tmp_path)
     if what == "removed":
         assert "error: out could not be written: the folder is gone; 0 of 2 trials kept" in said
         assert not Path("out").exists()

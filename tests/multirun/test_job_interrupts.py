@@ -13,7 +13,7 @@ import pytest
 from rich.console import Console
 
 from origami_lab.multirun.job_interrupts import LOOK_SECONDS, MARK, LauncherInterrupts, clear_mark, following, marked
-from origami_lab.multirun.jobs_table import _table
+from origami_lab.multirun.jobs_table import table_of_jobs
 from origami_lab.multirun.launchers import LAUNCHERS
 from origami_lab.runs.multirun_folder import JobResult, PlannedJob
 from origami_lab.runs.trial_row import Spread, read_trials
@@ -112,7 +112,7 @@ def test_each_job_has_one_line_of_a_narrow_table() -> None:
             for n, begun in enumerate((True, False))
         ]
         console = Console(file=io.StringIO(), width=80)
-        console.print(_table(found, console))
+        console.print(table_of_jobs(found, console))
         text = console.file.getvalue()  # type: ignore[attr-defined]
         lines = [line for line in text.splitlines() if line.strip()]
         assert len(lines) == 2 + len(found)

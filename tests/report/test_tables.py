@@ -175,7 +175,7 @@ def beside(table: Table) -> dict[tuple[str, str], float]:
 
 
 def test_known_values_stand_only_beside_the_usual_settings(tmp_path: Path) -> None:
-    variants: list[dict[str, Any]] = [{}, {}, {"certify": "none"}, {"board__size": 31}, {"budget": 9000}]
+    variants: list[dict[str, Any]] = [{}, {}, {"certify": "none"}, {"max_crease_length": 4}, {"budget": 9000}]
     for seed, settings in enumerate(variants):  # most runs have the usual settings
         write_run(tmp_path / str(seed), "cube", "rdm", {seed: trial(-1.0)}, **settings)
     write_run(tmp_path / "bowl", "bowl", "rdm", [trial(-1.0)], budget=9000)
@@ -183,7 +183,11 @@ def test_known_values_stand_only_beside_the_usual_settings(tmp_path: Path) -> No
     paper = read_beside("paper")
     for table, value in ((return_tables(groups, paper)[0], -0.76), (interactions_table(groups, paper), 73)):
         assert {row.label for row in table.rows} > {"rdm", "rdm (budget=9000)"}
-        assert [column.label for column in table.columns[1:]] == ["cube (certify=none)", "cube (board.size=31)", "bowl"]
+        assert [column.label for column in table.columns[1:]] == [
+            "cube (certify=none)",
+            "cube (max_crease_length=4)",
+            "bowl",
+        ]
         ours = {place: known for place, known in beside(table).items() if place[0].startswith("rdm")}
         assert ours == {("rdm", "cube"): value}
         assert len(beside(table)) == 1 + 5 * 2  # the searchers that only the paper has

@@ -91,7 +91,7 @@ def test_a_run_that_the_command_tracked_is_there_already(tracked: Path, capsys: 
     assert statuses(tracked) == FINISHED
 
 
-@pytest.mark.parametrize("call", ["create_run", "log_batch", "log_artifacts", "set_terminated"])
+@pytest.mark.parametrize("call", ["create_run", "log_batch", "log_artifact", "set_terminated"])
 def test_a_push_that_was_cut_off_leaves_nothing_twice(place: Path, call: str, monkeypatch: pytest.MonkeyPatch) -> None:
     uri = f"sqlite:///{place}/results/mlflow.db"
     runs = ExperimentRuns(place / "out", uri)
