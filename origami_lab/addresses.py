@@ -67,11 +67,15 @@ def hidden(text: str) -> str:
     """A text for people and records: without secrets in what may be addresses, also wrongly typed ones."""
     for secret in sorted({part for known in _known() for part in _secrets(known)}, key=len, reverse=True):
         text = text.replace(secret, "...")
-    text = re.sub(r"[A-Za-z][\w+.-]*://[^\s'\"]+", lambda found: without_secrets(found[0]), text)
-    if "@" in text or "=" in text or "?" in text:
-        for pattern, instead in _IN_TEXTS:
-            text = pattern.sub(instead, text)
-    return text
+    # every second piece is an address as it should be
+    pieces = re.split(r"([A-Za-z][\w+.-]*://[^\s'\"]+)", text)
+    for place, piece in enumerate(pieces):
+        if place % 2:
+            pieces[place] = without_secrets(piece)
+        elif "@" in piece or "=" in piece or "?" in piece:
+            for pattern, instead in _IN_TEXTS:
+                pieces[place] = pattern.sub(instead, pieces[place])
+    return "".join(pieces)
 
 
 def hidden_word(word: str) -> str:

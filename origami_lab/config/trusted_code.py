@@ -14,7 +14,7 @@ import sys
 import sysconfig
 from collections.abc import Sequence
 from importlib import metadata
-from importlib.machinery import ModuleSpec
+from importlib.machinery import ModuleSpec, PathFinder
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
@@ -52,7 +52,16 @@ def our_parts(place: str) -> tuple[str, ...]:
 
 
 def spec_of(module: str) -> ModuleSpec | None:
-    """What a module would be imported from; None if there is none. The packages that it lies in must be imported."""
+    """What a module would be imported from; None if there is none. The packages that it lies in must be imported.
+
+    One of the same name that was imported in another working directory is forgotten.
+    """
+    loaded = sys.modules.get(module)
+    if loaded is not None and "." not in module and not _is_own(str(getattr(loaded, "__file__", None) or "")):
+        there = PathFinder.find_spec(module)
+        if there is not None and there.origin is not None and _is_own(there.origin):
+            for name in [name for name in sys.modules if name.partition(".")[0] == module]:
+                del sys.modules[name]
     try:
         return find_spec(module)
     except ValueError:  # already there, made by hand

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import time
 import uuid
 from collections.abc import Callable, Iterator, Mapping
@@ -74,7 +75,8 @@ class JournalFile(JournalFileBackend):
 
 def storage_name(declaration: Declaration) -> str:
     """The storage for people: a file or an address, without its password."""
-    return hidden(without_secrets(declaration.storage or str(declaration.folder / JOURNAL)))
+    name = without_secrets(declaration.storage or str(declaration.folder / JOURNAL))
+    return hidden(re.sub(r"(?<=://)[^/@]*@", "", name))  # nor its user
 
 
 def open_storage(declaration: Declaration, patience: float = 0.0) -> BaseStorage:

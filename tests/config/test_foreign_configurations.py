@@ -153,6 +153,19 @@ def test_the_users_own_parts_are_taken(own: Path, name: str) -> None:
     assert type(objective(name).objective).__name__ == "Tower"
 
 
+def test_a_module_of_another_working_directory_is_not_meant(
+    own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = type(objective("ownpart.Tower").objective)
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "ownpart.py").write_text(OWN)
+    monkeypatch.chdir(other)
+    second = type(objective("ownpart.Tower").objective)
+    assert first is not second
+    assert sys.modules["ownpart"].__file__ == str(other / "ownpart.py")
+
+
 def test_a_part_of_ours_may_be_named_by_a_module_of_the_users(own: Path) -> None:
     assert type(build("objective._target_=ownpart.ShapeObjective").objective).__name__ == "ShapeObjective"
 

@@ -18,7 +18,7 @@ from origami_lab.errors import InputError
 from origami_lab.runs.trial_row import read_trials
 from origami_lab.tracking.mlflow_server import find_store
 from origami_lab.tracking.store import create_database, open_client
-from tests.experiment.test_runner import OWN_OBJECTIVE, background, wait_for
+from tests.experiment.test_runner import OWN_OBJECTIVE, ROOT, background, wait_for
 from tests.small_runs import SMALL, run
 
 pytestmark = pytest.mark.slow
@@ -154,7 +154,8 @@ def test_a_batch_system_that_signals_every_process(tmp_path: Path) -> None:
     """The pusher has a session of its own, but a container's end reaches it, too."""
     arguments = ("objective=beacon", f"objective.file={tmp_path}/on", "budget=1e9", "seed=0", "workers=1")
     tracked = tuple(text for text in OWN_OBJECTIVE if text != "tracking=none")
-    process = background(tmp_path, *tracked, *arguments, "output=out", "tracking.experiment=batch")
+    store = (f"output={tmp_path}/out", f"tracking.uri=sqlite:///{tmp_path}/results/mlflow.db")
+    process = background(ROOT, *tracked, *arguments, *store, "tracking.experiment=batch")
     wait_for((tmp_path / "out/tracking.json").exists, process)
     time.sleep(1.0)
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
