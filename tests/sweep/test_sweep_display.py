@@ -54,4 +54,4 @@ def test_the_lines_of_a_sweep() -> None:
         "defaults: failed: the kettle is empty on held-out seeds",
     ]
     display.stopped([played, running], ["origami-lab", "sweep", "a.yaml", "storage=postgresql://me:secret@host/x"])
-    assert lines() == ["1 of 2 trials are done; to go on: origami-lab sweep a.yaml storage=postgresql://host/x"]
+    assert lines() == ["1 of 2 trials are done; to go on: origami-lab sweep a.yaml storage=postgresql://me@host/x"]
