@@ -204,11 +204,13 @@ def server() -> Iterator[tuple[str, list[str]]]:
 
 def commands_below(pid: int) -> bytes:
     """The command lines of all processes that one has started, and of those that these have."""
-    found = b""
+    found, typed = b"", Path(f"/proc/{pid}/cmdline")
     for task in Path(f"/proc/{pid}/task").glob("*/children"):
         try:
             for child in task.read_text().split():
-                found += Path(f"/proc/{child}/cmdline").read_bytes() + commands_below(int(child))
+                # a child that has not begun its own command yet shows its parent's, which is what the user typed
+                own = Path(f"/proc/{child}/cmdline").read_bytes()
+                found += (b"" if own == typed.read_bytes() else own) + commands_below(int(child))
         except OSError:  # it has ended
             continue
     return found
