@@ -224,7 +224,7 @@ def _kernels() -> Iterator[Found]:
     if compiled:
         yield OK, f"compiled, {_size(sum(file.stat().st_size for file in compiled))} in {folder}"
     else:
-        yield NOTE, f"not compiled yet: the first run takes half a minute more; they will be in {folder}"
+        yield NOTE, f"not compiled yet: the first run takes up to a minute more; they will be in {folder}"
 
 
 def _results(directory: Path) -> Iterator[Found]:

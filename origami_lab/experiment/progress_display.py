@@ -115,7 +115,7 @@ class PlainDisplay(QuietDisplay):
                 self.trials[seed].status = "running"
             case Compiling():
                 self.announced = True
-                self.say("compiling the kernels: half a minute, the first time only")
+                self.say("compiling the kernels: less than a minute, the first time only")
             case Compiled(seconds):
                 self.warm = True
                 self._say_compiled(f" in {seconds:.0f} s")
