@@ -44,6 +44,9 @@ class Game:
     source_action
         Where driven creases may be laid during the game: False for nowhere, ``"axis"`` or True for the segments between
         a leaf and its mirror image, ``"boundary"`` for any boundary segment that has no crease.
+    straight_sectors
+        Whether a vertex may have a sector of exactly π, where it folds: a leaf with such a sector between its creases, and
+        an outer child straight on from one of them. All creases there but the two beside the sector stay flat.
     driving_angle_max, driving_angle_count
         Largest driving angle in degrees and how many equally spaced angles up to it decide.
     driving_angle_fixed
@@ -67,6 +70,7 @@ class Game:
         board_height: int | None = None,
         max_crease_length: float | None = None,
         source_action: bool | str = True,
+        straight_sectors: bool = True,
         driving_angle_max: float = DEFAULT_MAX_ANGLE,
         driving_angle_count: int = 10,
         driving_angle_fixed: float | Literal["start"] | None = None,
@@ -82,6 +86,7 @@ class Game:
                 "symmetry": symmetry,
                 "max_crease_length": max_crease_length,
                 "source_action": source_action,
+                "straight_sectors": straight_sectors,
                 "driving_angle_max": driving_angle_max,
                 "driving_angle_count": driving_angle_count,
                 "driving_angle_fixed": driving_angle_fixed,

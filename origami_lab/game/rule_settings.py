@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
-from origami_lab.checks import REFUSED, Choice, Kind, Number, Odd, Whole, check
+from origami_lab.checks import REFUSED, Choice, Flag, Kind, Number, Odd, Whole, check
 from origami_lab.errors import InputError
 
 SYMMETRIES = ("none", "x", "y", "xy", "xyd")
@@ -25,6 +25,7 @@ KEYS = {
     "symmetry": "symmetry",
     "max_crease_length": "max_crease_length",
     "source_action": "source_action",
+    "straight_sectors": "straight_sectors",
     "driving_angle_max": "driving_angle.max",
     "driving_angle_count": "driving_angle.count",
     "driving_angle_fixed": "driving_angle.fixed",
@@ -57,6 +58,7 @@ class RuleSettings:
         float | None, Number(1, 1e6, "must be at least 1 (a board cell), or null for no limit")
     ]
     source_action: Annotated[bool | Literal["boundary"], _Sources()]
+    straight_sectors: Annotated[bool, Flag()]
     driving_angle_max: Annotated[float, Number(0, 180, _HALF_TURN, between=True)]
     driving_angle_count: Annotated[int, Whole(1, 100)]
     driving_angle_fixed: Annotated[

@@ -93,6 +93,7 @@ class Rules:
         rules["max_length_sq"] = math.inf if longest is None else longest**2 + 1e-9
         sources = ON_BOUNDARY if settings.source_action == "boundary" else int(settings.source_action) * ON_AXES
         rules["sources"], rules["collisions"] = sources, collisions
+        rules["straight_sectors"] = settings.straight_sectors
         rules["start"], rules["first_placement"] = self.start.kind, placements.start
         rules["n_placements"] = len(placements)
         for name, value in self.start.fields(self.half, group).items():
@@ -128,11 +129,11 @@ class Rules:
         return rules
 
     def for_start_pattern(self, *, shortest_motion: bool = False) -> Rules:
-        """The rules as they hold for start patterns: creases of any length, and sources.
+        """The rules as they hold for start patterns: creases of any length, sources, and sectors of π.
 
         With ``shortest_motion`` one driving angle is enough.
         """
-        rules = self.replaced(max_length_sq=math.inf, sources=ON_BOUNDARY)
+        rules = self.replaced(max_length_sq=math.inf, sources=ON_BOUNDARY, straight_sectors=1)
         return rules.replaced(min_reach=1) if shortest_motion else rules
 
     def legal(self, states: States, i: int = 0) -> Actions:

@@ -178,5 +178,6 @@ def _fine_rules(game: Game, finer: int, placement: Move) -> States:
     rules["max_length_sq"] = (float(own["max_length_sq"]) - 1e-9) * finer**2 + 1e-9
     exempt = [EXEMPT, EXEMPT_STRICT]
     rules["max_length_sq"][exempt], rules["sources"][exempt] = math.inf, ON_BOUNDARY
+    rules["straight_sectors"][exempt] = 1
     rules["collisions"][[LOOSE, EXEMPT]] = 0
     return rules

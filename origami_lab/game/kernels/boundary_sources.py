@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from origami_lab.game.kernels.boundary import NEXT, PREV, sector_closes, turn_at
+from origami_lab.game.kernels.boundary import NEXT, PREV
 from origami_lab.game.kernels.start_placement import lay_source
 from origami_lab.game.kernels.state import (
     BARE,
@@ -23,6 +23,7 @@ from origami_lab.game.kernels.state import (
     image_code,
     point_index,
 )
+from origami_lab.game.kernels.straight_sectors import close_sector, lock_beside, lock_of
 from origami_lab.jit import kernel
 from origami_lab.kinematics.three_units import mirror_frames
 
@@ -90,8 +91,8 @@ def lay_boundary_source(s: Record, r: Record, v: int, sign: int) -> None:
     w = s.next[v] >> 3
     for end, over_next in ((v, 1), (w, 0)):
         was_bare = s.locked[end] == BARE
-        if not was_bare and not sector_closes(s, r, end, NEXT if over_next else PREV):
-            s.locked[end] = 1
+        if not was_bare:
+            close_sector(s, end, lock_beside(s, r, end, NEXT if over_next else PREV))
         lay_source(s, r, end, over_next, sign)
         if was_bare:
             s.locked[end] = 0
@@ -112,8 +113,8 @@ def lay_boundary_source(s: Record, r: Record, v: int, sign: int) -> None:
                 s.last[end] = image_code(r, g, s.first[end])
             else:
                 s.first[end] = image_code(r, g, s.last[end])
-            if was_bare and turn_at(s, r, end, s.first[end], s.last[end]) <= 0:
-                s.locked[end] = 1
+            if was_bare:
+                close_sector(s, end, lock_of(s, r, end, s.first[end], s.last[end]))
     add_crease(s, 8 * v, 8 * w, sign)
     s.phase = SELECTION
     s.unfinished = 0
