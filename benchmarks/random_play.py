@@ -108,7 +108,7 @@ def classify(s: Record, r: Record, counts: NDArray[np.int64]) -> None:
 
 
 @kernel
-def is_straight(s: Record, r: Record, action: int) -> bool:
+def makes_half_turn(s: Record, r: Record, action: int) -> bool:
     """Whether a legal action selects a leaf with a sector of π, or lays an outer child straight on from a crease."""
     points = board_points(r)
     at = action % points
@@ -164,7 +164,7 @@ def play_counted(
         if seek and draw * n % 1.0 < 0.5:
             for j in range(n):
                 other = legal[(int(draw * n) + j) % n]
-                if is_straight(s, r, other):
+                if makes_half_turn(s, r, other):
                     action = other
                     break
         if s.phase == SELECTION:

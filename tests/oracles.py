@@ -96,6 +96,10 @@ def _is_sector(angle: float) -> bool:
     return EPSILON < angle < math.pi - EPSILON
 
 
+def _is_half_turn(angle: float) -> bool:
+    return abs(angle - math.pi) <= EPSILON
+
+
 @dataclass
 class BoardSheet:
     """The whole sheet, images included, as a counter-clockwise ring of leaves."""
@@ -111,6 +115,8 @@ class BoardSheet:
     """Creases into each leaf, counter-clockwise from its next side to its prev side: their other ends."""
     driven: dict[frozenset[Point], int] = field(default_factory=dict)
     extended: bool = False
+    folded: tuple[FoldedSheet, float] | None = None
+    """The folded sheet and its smallest driving angle, where sectors of π are allowed if they fold."""
     stays: Point = (0, 1)
     """The direction, seen from a single crease, of the panel that stays in the plane."""
 
@@ -217,7 +223,7 @@ class BoardSheet:
     # what is legal
 
     def selectable(self) -> set[Point]:
-        """Leaves in the playable area, off the border, with all sectors below π."""
+        """Leaves in the playable area, off the border, with all sectors below π, or one of π that folds."""
         return {v for v in self.ring if self.playable(v) and self._is_selectable(v)}
 
     def _is_selectable(self, v: Point) -> bool:
@@ -225,10 +231,28 @@ class BoardSheet:
             return False
         prev, following = self.neighbours(v)
         towards = [_minus(w, v) for w in self.incoming[v]]
-        inner = all(_is_sector(angle_between(d, e)) for d, e in pairwise(towards))
+        sectors = [angle_between(d, e) for d, e in pairwise(towards)]
+        inner = all(_is_sector(sector) or _is_half_turn(sector) for sector in sectors)
+        if any(_is_half_turn(sector) for sector in sectors):
+            inner = inner and self.folds_alike(v, (1, 0)) and self.folds_alike(v, (0, 1))
         before = angle_between(_minus(following, v), towards[0])
         after = angle_between(towards[-1], _minus(prev, v))
-        return inner and max(before, after) < math.pi - EPSILON
+        for sector, crease in ((before, towards[0]), (after, towards[-1])):
+            inner = inner and (sector < math.pi - EPSILON or (_is_half_turn(sector) and self.folds_alike(v, crease)))
+        return inner
+
+    def folds_alike(self, v: Point, d: Point) -> bool:
+        """Whether the panels on both sides of leaf v have a direction of the board at one place in space.
+
+        Then what is beyond the outermost creases may be one plane that the direction lies in. With a half-turn at v
+        that is all: the rest is a path of length π between opposite points of the unit sphere.
+        """
+        if self.folded is None:
+            return False
+        prev, following = self.neighbours(v)
+        one = self._folded_direction(*self.folded, v, prev, "prev", d)
+        other = self._folded_direction(*self.folded, v, following, "next", d)
+        return bool(np.abs(one - other).max() < 1e-7)
 
     def sources(self) -> set[tuple[Point, str]]:
         """Leaf and end of each segment between a playable leaf and its mirror image that has no source yet."""
@@ -295,7 +319,15 @@ class BoardSheet:
             else:
                 sector = outside - theta + angle_between(d_next, _minus(self.incoming[v][0], v))
                 room = theta > EPSILON and (a is None or theta > angle_between(d_prev, _minus(a, v)) + EPSILON)
-            if not (_is_sector(sector) and room):
+            if _is_half_turn(sector):
+                # its outer panel needs an area, and the other creases must be flat
+                crease = _minus(self.incoming[v][-1 if side == "prev" else 0], v)
+                beside = theta if side == "prev" else outside - theta
+                if _is_half_turn(beside) or not self.folds_alike(v, crease):
+                    continue
+            elif not _is_sector(sector):
+                continue
+            if not room:
                 continue
             if q == neighbour:
                 if neighbour not in self.orbit(v):
@@ -325,6 +357,11 @@ class BoardSheet:
                 found.append(q)
         simple = self._simple(v, [(a, q, b) for q in found])
         return {q for q, fits in zip(found, simple, strict=True) if fits}
+
+    def has_half_turn(self, v: Point, a: Point, b: Point) -> bool:
+        """Whether a sector at v, but for those beside the middle child, is π."""
+        towards = [_minus(b, v), *(_minus(w, v) for w in self.incoming[v]), _minus(a, v)]
+        return any(_is_half_turn(angle_between(d, e)) for d, e in pairwise(towards))
 
     def triangle_slack(self, sheet: FoldedSheet, rho: float, v: Point, a: Point, b: Point, c: Point) -> float:
         """By how much the spherical triangle (U1, U2, U3) exists at the smallest driving angle ρ; negative: not."""
