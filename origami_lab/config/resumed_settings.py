@@ -4,7 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from origami_lab.config.earlier_versions import LATER_ARGUMENTS, OTHER_TODAY, public_target
+from origami_lab.config.earlier_versions import (
+    LATER_ARGUMENTS,
+    LATER_KEYS,
+    OTHER_TODAY,
+    RULES_OTHER_TODAY,
+    public_target,
+)
 from origami_lab.config.mesh_axis import as_it_was, is_mesh, with_target, without_up
 from origami_lab.config.node import Node
 from origami_lab.config.settings import Settings
@@ -18,13 +24,21 @@ def like_begun(settings: Settings, begun: Node) -> Settings:
     begun
         The configuration that the run was started with.
     """
-    settings = _with_old_objective(settings, begun)
+    settings = _with_old_objective(_with_old_rules(settings, begun), begun)
     before = begun.get("target") or {}
     if settings.target is None or not (is_mesh(settings.target) and is_mesh(before)) or "up" in before:
         return settings
     return replace(
         settings, target=as_it_was(without_up(settings.target)), config=with_target(settings.config, without_up)
     )
+
+
+def _with_old_rules(settings: Settings, begun: Node) -> Settings:
+    """The settings with the rules of a game that could not be said when it began, where others hold today."""
+    if not begun or begun.get("folder_format", 1) != 1:
+        return settings
+    old = {key: LATER_KEYS[key] for key in RULES_OTHER_TODAY}
+    return replace(settings, game=replace(settings.game, **old), config={**settings.config, **old})
 
 
 def _with_old_objective(settings: Settings, begun: Node) -> Settings:

@@ -14,6 +14,7 @@ from omegaconf import DictConfig, OmegaConf
 
 from origami_lab.config.compose import compose_settings
 from origami_lab.config.dotted_path import locate
+from origami_lab.config.earlier_versions import game_of_today
 from origami_lab.config.instantiate import build_game, build_objective
 from origami_lab.config.settings import Settings, read_settings
 from origami_lab.drawing.scene import TargetSurface
@@ -158,10 +159,8 @@ def _of_trial(file: Path, trust: Sequence[str]) -> SavedDesign:
         run.check_target(target)
     with _readable(trial / ACTIONS):
         saved = read_json(trial / ACTIONS)
-        given, start = dict(saved["game"]), dict(saved["game"]["start"])
+        given, start = game_of_today(saved["game"]), dict(saved["game"]["start"])
         given["start"] = locate("start", start.pop("_target_"), settings.trust)(**start)
-        if given.get("capacity") is None:  # the game's own default
-            given.pop("capacity", None)
         game = Game(**given)
     return saved_in(trial, game, objective, target)
 

@@ -232,9 +232,7 @@ def compare_masks(
     seek: bool = False,
 ) -> int:
     rng = np.random.default_rng(seed)
-    game = on_board(
-        board, symmetry, start, max_crease_length=length, source_action=sources, straight_sectors=straight
-    )
+    game = on_board(board, symmetry, start, max_crease_length=length, source_action=sources, straight_sectors=straight)
     compared = half_turns = 0
     for _ in range(episodes):
         both = Comparison(game, BoardSheet(game.rules.half, symmetry, length, anywhere=sources == "boundary"))
