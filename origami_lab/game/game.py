@@ -45,8 +45,8 @@ class Game:
         Where driven creases may be laid during the game: False for nowhere, ``"axis"`` or True for the segments between
         a leaf and its mirror image, ``"boundary"`` for any boundary segment that has no crease.
     straight_sectors
-        Whether a vertex may have a sector of exactly π, where it folds: a leaf with such a sector between its creases, and
-        an outer child straight on from one of them. All creases there but the two beside the sector stay flat.
+        Whether a vertex may have a sector of exactly π, where it folds: a leaf with such a sector between its creases,
+        and an outer child straight on from one of them. All creases there but the two beside the sector stay flat.
     driving_angle_max, driving_angle_count
         Largest driving angle in degrees and how many equally spaced angles up to it decide.
     driving_angle_fixed

@@ -9,8 +9,9 @@ sheet, so nothing runs out below the lowest of them. Whose norms the paper means
 takes all vertices that were placed in the game, ``norm_of="leaves"`` the leaves alone.
 
 Leaves come and go as the sheet grows, but some are leaves for good: those on the board's edge, on two axes, or with a
-sector of more than π (or of π, where the rules do not know such). Their lowest z bounds what any continuation reaches, and where they break a rule there is nothing
-to be had, nor where the vertices do, which never move; without such leaves the bound is infinite.
+sector of more than π (or of π, where the rules do not know such). Their lowest z bounds what any continuation reaches,
+and where they break a rule there is nothing to be had, nor where the vertices do, which never move; without such leaves
+the bound is infinite.
 """
 
 from __future__ import annotations

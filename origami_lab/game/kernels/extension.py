@@ -103,7 +103,8 @@ def fold_vertex(s: Record, r: Record, v: int, mode: int, a: int, c: int, b: int)
     """Solve leaf v with children a, c, b at every reachable angle; returns how many angles, from flat up, exist.
 
     ``a`` or ``b`` is −1 where it is known already: a merge, or the mirror image of the other one. The panels
-    (a, c) and (c, b) become the prev and next frames of c. Where a sector is π they are in the plane of a panel beside v.
+    (a, c) and (c, b) become the prev and next frames of c. Where a sector is π they lie in the plane of a panel
+    beside v.
     """
     x, y = s.xy[v, 0], s.xy[v, 1]
     ax, ay, bx, by = s.first_x - x, s.first_y - y, s.second_x - x, s.second_y - y

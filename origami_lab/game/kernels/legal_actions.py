@@ -45,7 +45,7 @@ Actions = NDArray[np.int32]
 
 @kernel
 def is_selectable(s: Record, r: Record, v: int) -> bool:
-    """Whether leaf v can be chosen: inside the board, on one axis at most, no sector at it that keeps it from folding."""
+    """Whether leaf v can be chosen: inside the board, on one axis at most, no sector that keeps it from folding."""
     x, y = s.xy[v, 0], s.xy[v, 1]
     if abs(x) >= r.half_x or abs(y) >= r.half_y or s.axis[v] < 0:
         return False

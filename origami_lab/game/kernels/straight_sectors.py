@@ -2,9 +2,9 @@
 
 The sectors of a vertex add up to 2π. If one of them is π, the two creases beside it point in opposite directions,
 folded or not, and the others add up to π: on the unit sphere they are a path of length π between two opposite points,
-so half a great circle. All creases but those two stay flat, and those two fold alike. That is a condition on the creases
-that come into a leaf, and leaves its new ones nothing to choose: they are a closed case of their own, without the
-spherical triangle (:mod:`origami_lab.kinematics.three_units`), whose sides are then a straight line.
+so half a great circle. All creases but those two stay flat, and those two fold alike. That is a condition on the
+creases that come into a leaf, and leaves its new ones nothing to choose: they are a closed case of their own, without
+the spherical triangle (:mod:`origami_lab.kinematics.three_units`), whose sides are then a straight line.
 
 Whether a sector is π is asked of whole numbers. Whether the creases into a leaf fold so is asked of the panels beside
 it, at every driving angle that the motion reaches.
