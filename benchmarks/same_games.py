@@ -2,8 +2,8 @@
 
 ``python benchmarks/same_games.py write FILE`` plays with this checkout and keeps what it found;
 ``python benchmarks/same_games.py compare FILE`` plays again and says for each cell whether it is the same, with exit
-code 1 if one is not. Another checkout is played with ``--checkout DIR``, some cells only with ``--only evo``; ``--also straight_sectors=false`` asks for a setting that
-came later and gives what was before. It knows
+code 1 if one is not. Another checkout is played with ``--checkout DIR``, some cells only with ``--only evo``;
+``--also straight_sectors=false`` gives settings to all of them, such as one that came later and has to be off. It knows
 nothing of the code but ``origami_lab.run`` and the files of a run folder, so that it runs on versions whose modules
 have moved. Compare on one machine, with the same libraries: compiled code may round differently on another.
 """

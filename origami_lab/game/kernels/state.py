@@ -39,8 +39,8 @@ LARGEST_PANEL = 16
 """Most corners of a start pattern."""
 
 CLOSED, BARE, STRAIGHT = 1, 2, 3
-"""``locked`` of a leaf at which nothing new can fold, for an incoming sector is more than π; of one that no crease leads
-to yet, a corner between two sides that are not driven; of one with an incoming sector of exactly π. 0 for others."""
+"""``locked`` of a leaf at which nothing new can fold, as an incoming sector is more than π; of one that no crease
+leads to yet, a corner between two sides that are not driven; of one with an incoming sector of exactly π."""
 
 DEFAULT_VERTICES = 320
 """Representative vertices that a state has room for."""
