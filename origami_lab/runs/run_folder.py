@@ -9,6 +9,7 @@
     summary.json           mean ± std, the best seed, versions, the command
     seed=N/                one finished trial, renamed into place as a whole
     seed=N.error.txt       the traceback of a trial that failed
+    seed=N.saved           a search that is not finished, if its searcher saves itself
 
 Everything visible is whole: it is written under a hidden name first. What a killed run leaves of those is cleared when
 it is resumed.
@@ -38,6 +39,7 @@ from origami_lab.file_names import (
     CONFIG,
     FOLDER_FORMAT,
     RESULT,
+    SAVED,
     SEED,
     START,
     SUMMARY,
@@ -45,6 +47,7 @@ from origami_lab.file_names import (
     TRACKING,
     TRIALS,
     error_file,
+    saved_file,
     trial_folder,
 )
 from origami_lab.files import on_disk, read_json, remove_files, remove_folder, require_no_link, write_whole
@@ -61,7 +64,7 @@ SPARE_BYTES = 2**20
 """Free bytes that rule out a full disk as the cause of a file that failed."""
 
 _LEFTOVER = re.compile(
-    r"\.((config\.yaml|target\.ply|start\.json|trials\.csv|(summary|tracking)\.json|seed=\d+\.error\.txt)\.\d+|seed=\d+\.(\d+|old))\.tmp"
+    r"\.((config\.yaml|target\.ply|start\.json|trials\.csv|(summary|tracking)\.json|seed=\d+\.(error\.txt|saved))\.\d+|seed=\d+\.(\d+|old))\.tmp"
 )
 """Names of what is being written, or was when the run was killed."""
 
@@ -150,8 +153,14 @@ class RunFolder:
             )
 
     def clear_leftovers(self) -> None:
-        """Remove what a killed process was writing. A stopped trial that was being replaced comes back."""
+        """Remove what a killed process was writing, and the saved searches of trials that are finished.
+
+        A stopped trial that was being replaced comes back.
+        """
         with suppress(OSError):
+            names = {file.name.removeprefix(SEED).removesuffix(SAVED) for file in self.path.glob(f"{SEED}*{SAVED}")}
+            rows = self.rows([int(seed) for seed in names if seed.isdigit()])
+            remove_files(self.path, [saved_file(self.path, seed).name for seed in rows if rows[seed].spent_budget])
             for leftover in [file for file in self.path.iterdir() if _LEFTOVER.fullmatch(file.name)]:
                 final = self.path / leftover.name.removeprefix(".").removesuffix(".old.tmp")
                 with suppress(OSError):
