@@ -125,8 +125,6 @@ def test_the_compact_observation_is_an_order_smaller_and_says_as_much(game: Game
     """The tensor, made from the compact observation alone."""
     compact, tensor = CompactView(game), TensorView(game)
     smaller = 10 if game.symmetry.order > 1 else 5
-    if game.rules.record["sources"][0] == ON_BOUNDARY:  # more places for driven creases
-        smaller //= 2
     assert smaller * compact.shape[0] < np.prod(tensor.shape)
     most = 0
     for states, _ in played(game, 12):
