@@ -19,7 +19,14 @@ from origami_lab.runs.saved_search import SavedSearch
 from origami_lab.runs.trial_row import TrialRow
 from tests.small_runs import TIMINGS, trial_row
 
-WORDS = ("target=pyramid", "search=ppo", "search.layers=[8]", "search.batch=60", "search.games=3", "search.minibatch=20")
+WORDS = (
+    "target=pyramid",
+    "search=ppo",
+    "search.layers=[8]",
+    "search.batch=60",
+    "search.games=3",
+    "search.minibatch=20",
+)
 MORE = ("budget=600", "files=designs", "tracking=none", "seed=4")
 
 
