@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from origami_lab.errors import InputError
 from origami_lab.game.game import Game
-from origami_lab.game.kernels.state import ON_BOUNDARY, SELECTION, States
+from origami_lab.game.kernels.state import SELECTION, States
 from origami_lab.game.moves import Extend, Place, Source
 from origami_lab.game.observation import PHASES, CompactView, TensorView, possible_actions, view_of
 from origami_lab.game.start_patterns import Crease, Panel, Rectangle, Square
