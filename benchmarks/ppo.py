@@ -25,12 +25,14 @@ from origami_lab.search.ppo import ProximalPolicyOptimization
 from origami_lab.search.problem import Problem
 from origami_lab.search.rl_episodes import Episodes
 
-TARGETS = ("pyramid", "bowl")
+TARGETS = ("pyramid", "cube", "bowl", "face")
 CASES: tuple[tuple[str, str, int | None], ...] = (
     ("pyramid", "compact", None),
     ("pyramid", "tensor", None),
+    ("cube", "compact", None),
     ("bowl", "compact", None),
     ("bowl", "tensor", 25),
+    ("face", "compact", None),
 )
 """Task, observation, cap on the tensor's vertex axis."""
 
@@ -88,7 +90,7 @@ def main() -> None:
         f"Python {platform.python_version()}, PyTorch {torch.__version__}, one thread of {os.cpu_count()} cores; "
         f"load average before: {load:.2f}. Per second of wall and of processor time.",
         "",
-        "## Learning: the paper's numbers (batch 2050, minibatch 64, 2 × 256), 10 epochs",
+        "## Learning: the paper's numbers (batch 2050, minibatch 64, 2 × 256), 10 epochs, 10 games",
         "",
         "| task | observation | shape | numbers | interactions | per second | per processor second |",
         "|---|---|---|---:|---:|---:|---:|",

@@ -39,7 +39,6 @@ from origami_lab.file_names import (
     CONFIG,
     FOLDER_FORMAT,
     RESULT,
-    SAVED,
     SEED,
     START,
     SUMMARY,
@@ -47,12 +46,12 @@ from origami_lab.file_names import (
     TRACKING,
     TRIALS,
     error_file,
-    saved_file,
     trial_folder,
 )
 from origami_lab.files import on_disk, read_json, remove_files, remove_folder, require_no_link, write_whole
 from origami_lab.runs.kept_files import keep_others
 from origami_lab.runs.locks import RUNNING, locked
+from origami_lab.runs.saved_search import remove_saves
 from origami_lab.runs.target_file import ply_bytes
 from origami_lab.runs.trial_row import TrialRow, format_trials, read_trials
 
@@ -153,14 +152,9 @@ class RunFolder:
             )
 
     def clear_leftovers(self) -> None:
-        """Remove what a killed process was writing, and the saved searches of trials that are finished.
-
-        A stopped trial that was being replaced comes back.
-        """
+        """Remove what a killed process was writing, and saves of finished trials. A replaced stopped one comes back."""
         with suppress(OSError):
-            names = {file.name.removeprefix(SEED).removesuffix(SAVED) for file in self.path.glob(f"{SEED}*{SAVED}")}
-            rows = self.rows([int(seed) for seed in names if seed.isdigit()])
-            remove_files(self.path, [saved_file(self.path, seed).name for seed in rows if rows[seed].spent_budget])
+            remove_saves(self.path, lambda seed: any(row.spent_budget for row in self.rows([seed]).values()))
             for leftover in [file for file in self.path.iterdir() if _LEFTOVER.fullmatch(file.name)]:
                 final = self.path / leftover.name.removeprefix(".").removesuffix(".old.tmp")
                 with suppress(OSError):

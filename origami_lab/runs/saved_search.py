@@ -10,7 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from origami_lab.about import __version__
-from origami_lab.file_names import saved_file
+from origami_lab.file_names import SAVED, SEED, saved_file
 from origami_lab.files import regular_bytes, remove_files, write_whole
 
 SAVE_SECONDS = 30.0
@@ -67,3 +67,11 @@ class SavedSearch:
         """The search has ended."""
         with suppress(OSError):
             remove_files(self.path.parent, [self.path.name])
+
+
+def remove_saves(folder: Path, is_finished: Callable[[int], bool]) -> None:
+    """Remove the saves of finished trials from a run folder: it may have been killed before it did so."""
+    for file in folder.glob(f"{SEED}*{SAVED}"):
+        seed = file.name.removeprefix(SEED).removesuffix(SAVED)
+        if seed.isdigit() and is_finished(int(seed)):
+            remove_files(folder, [file.name])
