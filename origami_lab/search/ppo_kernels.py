@@ -60,18 +60,54 @@ def linear_gradient(
 
 
 @kernel
+def legal_logits(
+    picked: Wholes, starts: Wholes, actions: Wholes, hidden: Floats, weight: Floats, bias: Floats, out: Floats
+) -> None:
+    """The logits of the legal actions of the picked states, one after the other.
+
+    A linear layer of (actions, inputs) weights on (picked, inputs) hidden values, of which only these are computed.
+    """
+    at = 0
+    for i in range(picked.shape[0]):
+        for k in range(starts[picked[i]], starts[picked[i] + 1]):
+            out[at] = np.dot(weight[actions[k]], hidden[i]) + bias[actions[k]]
+            at += 1
+
+
+@kernel
+def legal_logits_gradient(
+    picked: Wholes,
+    starts: Wholes,
+    actions: Wholes,
+    hidden: Floats,
+    weight: Floats,
+    gradient: Floats,
+    by_hidden: Floats,
+    by_weight: Floats,
+    by_bias: Floats,
+) -> None:
+    """Add the gradients by the arguments of :func:`legal_logits`, given that by its result."""
+    at = 0
+    for i in range(picked.shape[0]):
+        for k in range(starts[picked[i]], starts[picked[i] + 1]):
+            action, factor = actions[k], gradient[at]
+            by_bias[action] += factor
+            for j in range(hidden.shape[1]):
+                by_hidden[i, j] += factor * weight[action, j]
+                by_weight[action, j] += factor * hidden[i, j]
+            at += 1
+
+
+@kernel
 def chances_of(starts: Wholes, actions: Wholes, logits: Floats, chances: Floats) -> None:
-    """The probabilities of the legal actions, by the logits of all; ``chances`` comes as zeros."""
-    for i in range(logits.shape[0]):
-        legal = actions[starts[i] : starts[i + 1]]
-        highest = -np.inf
-        for action in legal:
-            highest = max(highest, logits[i, action])
+    """The probabilities of the legal actions of all states, by their logits; ``chances`` comes as zeros."""
+    for i in range(chances.shape[0]):
+        highest = logits[starts[i] : starts[i + 1]].max()
         total = 0.0
-        for action in legal:
-            total += np.exp(logits[i, action] - highest)
-        for action in legal:
-            chances[i, action] = np.exp(logits[i, action] - highest) / total
+        for k in range(starts[i], starts[i + 1]):
+            total += np.exp(logits[k] - highest)
+        for k in range(starts[i], starts[i + 1]):
+            chances[i, actions[k]] = np.exp(logits[k] - highest) / total
 
 
 @kernel
@@ -101,52 +137,52 @@ def loss_gradient(
     Parameters
     ----------
     picked
-        (k,) which of the n interactions.
+        (n,) which interactions.
     starts, legal
-        Their legal actions, as sparse rows.
+        The legal actions of all, as sparse rows.
     played, log_chances
-        (n,) the actions played, and the logarithms of the probabilities they were played with.
+        (all,) the actions played, and the logarithms of the probabilities they were played with.
     advantages, returns
-        (n,)
+        (all,)
     logits, values
-        (k, actions) and (k,) of the picked ones, now.
+        Of the picked ones, now: the logits of their legal actions, one after the other, and (n,) values.
     clip
         How far P/P′ may be from 1 for the better.
     entropy, value
         Weights in the loss.
     by_logits, by_values
-        (k, actions), which comes as zeros, and (k,): the gradients.
+        The gradients by these two.
     """
-    k = picked.shape[0]
+    n, begin = picked.shape[0], 0
     mean, deviation = 0.0, 0.0
-    for i in range(k):
-        mean += advantages[picked[i]] / k
-    for i in range(k):
+    for i in range(n):
+        mean += advantages[picked[i]] / n
+    for i in range(n):
         deviation += (advantages[picked[i]] - mean) ** 2
     # of one interaction there is no deviation: its advantage stays as it is
-    deviation = np.sqrt(deviation / (k - 1)) + 1e-8 if k > 1 else 1.0
-    mean = mean if k > 1 else 0.0
-    for i in range(k):
+    deviation = np.sqrt(deviation / (n - 1)) + 1e-8 if n > 1 else 1.0
+    mean = mean if n > 1 else 0.0
+    for i in range(n):
         at = picked[i]
-        by_values[i] = 2 * value * (values[i] - returns[at]) / k
-        actions = legal[starts[at] : starts[at + 1]]
-        highest = -np.inf
-        for action in actions:
-            highest = max(highest, logits[i, action])
+        by_values[i] = 2 * value * (values[i] - returns[at]) / n
+        first = starts[at]
+        count = starts[at + 1] - first
+        highest = logits[begin : begin + count].max()
         total = 0.0
-        for action in actions:
-            total += np.exp(logits[i, action] - highest)
+        for k in range(begin, begin + count):
+            total += np.exp(logits[k] - highest)
         shift = highest + np.log(total)
-        mixed = 0.0
-        for action in actions:
-            log_chance = logits[i, action] - shift
-            mixed += np.exp(log_chance) * log_chance
-        ratio = np.exp(logits[i, played[at]] - shift - log_chances[at])
+        mixed, log_chance = 0.0, 0.0
+        for k in range(begin, begin + count):
+            mixed += np.exp(logits[k] - shift) * (logits[k] - shift)
+            if legal[first + k - begin] == played[at]:
+                log_chance = logits[k] - shift
+        ratio = np.exp(log_chance - log_chances[at])
         gain = (advantages[at] - mean) / deviation * ratio
         if (gain > 0 and ratio > 1 + clip) or (gain < 0 and ratio < 1 - clip):
             gain = 0.0
-        for action in actions:
-            log_chance = logits[i, action] - shift
-            chance = np.exp(log_chance)
-            by_logits[i, action] = chance * (gain + entropy * (log_chance - mixed)) / k
-        by_logits[i, played[at]] -= gain / k
+        for k in range(begin, begin + count):
+            by_logits[k] = np.exp(logits[k] - shift) * (gain + entropy * (logits[k] - shift - mixed)) / n
+            if legal[first + k - begin] == played[at]:
+                by_logits[k] -= gain / n
+        begin += count

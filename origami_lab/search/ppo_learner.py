@@ -16,8 +16,8 @@ from sb3_contrib import MaskablePPO
 from torch import Tensor
 
 from origami_lab.search.ppo_environment import EpisodeVecEnv
-from origami_lab.search.ppo_kernels import loss_gradient, sparse_rows
-from origami_lab.search.ppo_policy import Inputs, SeenInputsPolicy
+from origami_lab.search.ppo_kernels import loss_gradient
+from origami_lab.search.ppo_policy import Rows, SeenInputsPolicy
 from origami_lab.search.rl_episodes import Episodes
 
 
@@ -84,10 +84,8 @@ def learner(
 class Batch:
     """What was played since the last update: n interactions, game by game."""
 
-    inputs: Inputs
-    starts: NDArray[np.int64]
-    legal: NDArray[np.int64]
-    """The legal actions, as sparse rows."""
+    inputs: Rows
+    legal: Rows
     played: NDArray[np.int64]
     log_chances: NDArray[np.float32]
     """(n,) logarithms of the probabilities with which they were played."""
@@ -101,10 +99,9 @@ class Batch:
         def flat(name: str) -> NDArray[Any]:
             return np.asarray(buffer.swap_and_flatten(getattr(buffer, name)))
 
-        inputs = policy.look(flat("observations"))
-        starts, legal, _ = sparse_rows(flat("action_masks"))
+        inputs, legal = policy.look(flat("observations")), Rows.of(flat("action_masks"))
         rest = (flat(name).ravel() for name in ("actions", "log_probs", "advantages", "returns"))
-        return cls(inputs, starts, legal, *rest)
+        return cls(inputs, legal, *rest)
 
     def __len__(self) -> int:
         return len(self.played)
@@ -128,12 +125,12 @@ class MaskedLearner(MaskablePPO):
     def _improve(self, batch: Batch, picked: NDArray[np.int64], parameters: list[Tensor]) -> None:
         """One step of the optimiser, along the gradient of the loss over some interactions of a batch."""
         self.policy.optimizer.zero_grad()
-        logits, values = self.policy.networks(batch.inputs, picked)
-        by_logits, by_values = torch.zeros_like(logits), torch.empty_like(values)
+        logits, values = self.policy.networks(batch.inputs, batch.legal, picked)
+        by_logits, by_values = torch.empty_like(logits), torch.empty_like(values)
         loss_gradient(
             picked,
-            batch.starts,
-            batch.legal,
+            batch.legal.starts,
+            batch.legal.columns,
             batch.played,
             batch.log_chances,
             batch.advantages,

@@ -9,7 +9,7 @@ other than 0 (:class:`SeenInputs`); that is exact. They are one for policy and v
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,12 +18,19 @@ from numpy.typing import NDArray
 from sb3_contrib.common.maskable.policies import MaskableActorCriticPolicy
 from torch import Tensor, nn
 
-from origami_lab.search.ppo_kernels import chances_of, linear, linear_gradient, sparse_rows
+from origami_lab.search.ppo_kernels import (
+    chances_of,
+    legal_logits,
+    legal_logits_gradient,
+    linear,
+    linear_gradient,
+    sparse_rows,
+)
 
 
 @dataclass(frozen=True)
-class Inputs:
-    """Observations as sparse rows; columns are numbers of inputs among those seen."""
+class Rows:
+    """Observations, whose columns are inputs by their numbers among those seen, or masks, whose columns are actions."""
 
     starts: NDArray[np.int64]
     columns: NDArray[np.int64]
@@ -32,12 +39,21 @@ class Inputs:
     def __len__(self) -> int:
         return len(self.starts) - 1
 
+    @classmethod
+    def of(cls, dense: NDArray[Any]) -> Rows:
+        """Those of a (n, …) array."""
+        return cls(*sparse_rows(dense.reshape(len(dense), -1)))
+
+    def count(self, picked: NDArray[np.int64]) -> int:
+        """How many numbers the picked rows have."""
+        return int((self.starts[picked + 1] - self.starts[picked]).sum())
+
 
 class SparseLinear(torch.autograd.Function):
     """A linear layer, bias and (inputs, outputs) weights, on the picked rows of sparse inputs."""
 
     @staticmethod
-    def forward(context: Any, weight: Tensor, bias: Tensor, inputs: Inputs, picked: NDArray[np.int64]) -> Tensor:
+    def forward(context: Any, weight: Tensor, bias: Tensor, inputs: Rows, picked: NDArray[np.int64]) -> Tensor:
         context.inputs, context.picked, context.shape = inputs, picked, weight.shape
         out = bias.detach().repeat(len(picked), 1)
         numbers = weight.detach().numpy()
@@ -50,6 +66,30 @@ class SparseLinear(torch.autograd.Function):
         numbers = gradient.contiguous().numpy()
         linear_gradient(context.picked, inputs.starts, inputs.columns, inputs.numbers, numbers, by_weight.numpy())
         return by_weight, gradient.sum(0), None, None
+
+
+class LegalLogits(torch.autograd.Function):
+    """A linear layer, bias and (actions, inputs) weights, of which only the outputs of legal actions are computed."""
+
+    @staticmethod
+    def forward(
+        context: Any, hidden: Tensor, weight: Tensor, bias: Tensor, legal: Rows, picked: NDArray[np.int64]
+    ) -> Tensor:
+        context.legal, context.picked = legal, picked
+        context.save_for_backward(hidden, weight)
+        out = torch.empty(legal.count(picked))
+        inputs, weights, biases = (each.detach().numpy() for each in (hidden, weight, bias))
+        legal_logits(picked, legal.starts, legal.columns, inputs, weights, biases, out.numpy())
+        return out
+
+    @staticmethod
+    def backward(context: Any, gradient: Tensor) -> tuple[Tensor, Tensor, Tensor, None, None]:
+        hidden, weight = context.saved_tensors
+        by_hidden, by_weight, by_bias = torch.zeros_like(hidden), torch.zeros_like(weight), torch.zeros(len(weight))
+        given = (each.detach().numpy() for each in (hidden, weight, gradient.contiguous()))
+        found = (each.numpy() for each in (by_hidden, by_weight, by_bias))
+        legal_logits_gradient(context.picked, context.legal.starts, context.legal.columns, *given, *found)
+        return by_hidden, by_weight, by_bias, None, None
 
 
 class SeenInputs(nn.Module):
@@ -81,7 +121,7 @@ class SeenInputs(nn.Module):
         with torch.no_grad():
             self.weight = nn.Parameter(torch.cat([self.weight, self.beginning[inputs]]))
 
-    def forward(self, inputs: Inputs, picked: NDArray[np.int64]) -> Tensor:
+    def forward(self, inputs: Rows, picked: NDArray[np.int64]) -> Tensor:
         return SparseLinear.apply(self.weight, self.bias, inputs, picked)
 
 
@@ -96,14 +136,14 @@ class SeenInputsPolicy(MaskableActorCriticPolicy):
         del self.mlp_extractor
         self.optimizer = self.optimizer_class(self.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)
 
-    def look(self, observations: NDArray[Any]) -> Inputs:
+    def look(self, observations: NDArray[Any]) -> Rows:
         """What the networks are given of (n, …) observations; inputs that are new are added first."""
-        starts, columns, numbers = sparse_rows(observations.reshape(len(observations), -1))
-        places = self.first.places[columns]
+        rows = Rows.of(observations)
+        places = self.first.places[rows.columns]
         if len(places) and places.min() < 0:
-            self.see(np.unique(columns[places < 0]))
-            places = self.first.places[columns]
-        return Inputs(starts, places, numbers)
+            self.see(np.unique(rows.columns[places < 0]))
+            places = self.first.places[rows.columns]
+        return replace(rows, columns=places)
 
     def see(self, inputs: NDArray[np.int64]) -> None:
         """Add inputs to those seen, for the optimiser, too: their gradients were 0 so far."""
@@ -116,22 +156,26 @@ class SeenInputsPolicy(MaskableActorCriticPolicy):
             moments = {name: torch.cat([state[name], rest]) for name in ("exp_avg", "exp_avg_sq")}
             self.optimizer.state[self.first.weight] = {**state, **moments}
 
-    def networks(self, inputs: Inputs, picked: NDArray[np.int64]) -> tuple[Tensor, Tensor]:
-        """(k, actions) logits of all actions and (k,) values, of the picked states."""
+    def networks(self, inputs: Rows, legal: Rows, picked: NDArray[np.int64]) -> tuple[Tensor, Tensor]:
+        """The logits of the legal actions of the picked states, one after the other, and (picked,) their values."""
         policy, value = self.first(inputs, picked).chunk(2, dim=1)
-        return self.action_net(self.policy_layers(policy)), self.value_net(self.value_layers(value)).flatten()
+        output = self.action_net
+        logits = LegalLogits.apply(self.policy_layers(policy), output.weight, output.bias, legal, picked)
+        return logits, self.value_net(self.value_layers(value)).flatten()
 
     def forward(
         self, obs: Tensor, deterministic: bool = False, action_masks: NDArray[np.bool_] | None = None
     ) -> tuple[Tensor, Tensor, Tensor]:
         """Actions drawn for observations, the values of the states, the logarithms of the actions' probabilities."""
-        logits, values = self.networks(self.look(obs.numpy()), np.arange(len(obs)))
-        starts, legal, _ = sparse_rows(np.asarray(action_masks))
-        chances = torch.zeros(logits.shape)
-        chances_of(starts, legal, logits.numpy(), chances.numpy())
+        masks = np.asarray(action_masks)
+        legal = Rows.of(masks)
+        logits, values = self.networks(self.look(obs.numpy()), legal, np.arange(len(obs)))
+        chances = torch.zeros(masks.shape)
+        chances_of(legal.starts, legal.columns, logits.numpy(), chances.numpy())
         actions = torch.multinomial(chances, 1)
         return actions.flatten(), values, chances.gather(1, actions).flatten().log()
 
     def predict_values(self, obs: Tensor) -> Tensor:
         """(n,) values of the states in observations."""
-        return self.networks(self.look(obs.numpy()), np.arange(len(obs)))[1]
+        value = self.first(self.look(obs.numpy()), np.arange(len(obs))).chunk(2, dim=1)[1]
+        return self.value_net(self.value_layers(value)).flatten()
