@@ -13,11 +13,11 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 from sb3_contrib import MaskablePPO
-from torch import Tensor
 
 from origami_lab.search.ppo_environment import EpisodeVecEnv
 from origami_lab.search.ppo_kernels import loss_gradient
-from origami_lab.search.ppo_policy import Rows, SeenInputsPolicy
+from origami_lab.search.ppo_networks import Rows
+from origami_lab.search.ppo_policy import SeenInputsPolicy
 from origami_lab.search.rl_episodes import Episodes
 
 
@@ -116,17 +116,16 @@ class MaskedLearner(MaskablePPO):
         """Update the policy by what has been played since the last update."""
         self._update_learning_rate(self.policy.optimizer)
         batch = Batch.of(self.rollout_buffer, self.policy)
-        parameters = list(self.policy.parameters())
         for _ in range(self.n_epochs):
             order = np.random.permutation(len(batch))  # noqa: NPY002
             for begin in range(0, len(batch), self.batch_size):
-                self._improve(batch, order[begin : begin + self.batch_size], parameters)
+                self._improve(batch, order[begin : begin + self.batch_size])
 
-    def _improve(self, batch: Batch, picked: NDArray[np.int64], parameters: list[Tensor]) -> None:
+    def _improve(self, batch: Batch, picked: NDArray[np.int64]) -> None:
         """One step of the optimiser, along the gradient of the loss over some interactions of a batch."""
-        self.policy.optimizer.zero_grad()
-        logits, values = self.policy.networks(batch.inputs, batch.legal, picked)
-        by_logits, by_values = torch.empty_like(logits), torch.empty_like(values)
+        networks = self.policy.networks
+        run = networks.run(batch.inputs, batch.legal, picked)
+        by_logits, by_values = torch.empty_like(run.logits), torch.empty_like(run.values)
         loss_gradient(
             picked,
             batch.legal.starts,
@@ -135,14 +134,16 @@ class MaskedLearner(MaskablePPO):
             batch.log_chances,
             batch.advantages,
             batch.returns,
-            logits.detach().numpy(),
-            values.detach().numpy(),
+            run.logits.numpy(),
+            run.values.numpy(),
             self.clip_range(self._current_progress_remaining),
             self.ent_coef,
             self.vf_coef,
             by_logits.numpy(),
             by_values.numpy(),
         )
-        torch.autograd.backward([logits, values], [by_logits, by_values])
-        torch.nn.utils.clip_grad_norm_(parameters, self.max_grad_norm)
+        networks.differentiate(batch.inputs, batch.legal, picked, run, by_logits, by_values)
+        gradient = networks.weights.grad
+        if (norm := float(torch.linalg.vector_norm(gradient))) > self.max_grad_norm:
+            gradient.mul_(self.max_grad_norm / norm)
         self.policy.optimizer.step()

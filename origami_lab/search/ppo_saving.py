@@ -38,7 +38,8 @@ def arrays_of(model: MaskedLearner, episodes: Episodes) -> dict[str, NDArray[Any
     _, keys, place, has_gauss, gauss = np.random.get_state()  # noqa: NPY002
     numbers = [model.num_timesteps, place, has_gauss]
     arrays = {
-        "seen": policy.first.seen,
+        "seen": policy.networks.seen,
+        "weights": policy.networks.weights.detach().numpy(),
         "numbers": np.array(numbers, dtype=np.int64),
         "gauss": np.array(gauss),
         "numpy": keys,
@@ -46,24 +47,19 @@ def arrays_of(model: MaskedLearner, episodes: Episodes) -> dict[str, NDArray[Any
         "episode_starts": np.asarray(model._last_episode_starts),
         "episodes": np.frombuffer(json.dumps(episodes.actions).encode(), dtype=np.uint8),
     }
-    for i, parameter in enumerate(policy.parameters()):
-        arrays[f"parameter_{i}"] = parameter.detach().numpy()
-        state = policy.optimizer.state.get(parameter, {})
-        arrays |= {f"{moment}_{i}": state[moment].numpy() for moment in _MOMENTS if moment in state}
-    return arrays
+    state = policy.optimizer.state.get(policy.networks.weights, {})  # none before the first update
+    return arrays | {moment: numbers.numpy() for moment, numbers in state.items()}
 
 
 def restore(model: MaskedLearner, episodes: Episodes, arrays: Mapping[str, NDArray[Any]]) -> None:
     """Make a new model, which was made of the same seed and settings, and its episodes what they were when saved."""
     policy = model.policy
     policy.see(arrays["seen"])
-    for i, parameter in enumerate(policy.parameters()):
-        with torch.no_grad():
-            parameter.copy_(torch.from_numpy(arrays[f"parameter_{i}"]))
-        if f"step_{i}" in arrays:
-            policy.optimizer.state[parameter] = {
-                moment: torch.from_numpy(arrays[f"{moment}_{i}"]) for moment in _MOMENTS
-            }
+    weights = policy.networks.weights
+    with torch.no_grad():
+        weights.copy_(torch.from_numpy(arrays["weights"]))
+    if "step" in arrays:
+        policy.optimizer.state[weights] = {moment: torch.from_numpy(arrays[moment]) for moment in _MOMENTS}
     episodes.go_back(json.loads(arrays["episodes"].tobytes()))
     model._last_obs = episodes.observations.copy()
     model._last_episode_starts = arrays["episode_starts"]

@@ -135,9 +135,10 @@ def test_the_learner_has_the_papers_numbers() -> None:
     assert model.n_steps * model.n_envs == 2050
     assert (model.batch_size, model.ent_coef) == (64, 0.01)
     assert model.policy.net_arch == [256, 256]
-    shapes = {tuple(parameter.shape) for parameter in model.policy.parameters()}
-    assert {(256, 256), (82, 256), (1, 256)} <= shapes
-    assert model.policy.first.beginning.shape == (380, 2 * 256)
+    networks = model.policy.networks
+    assert networks.beginning.shape == (380, 2 * 256)
+    assert [tuple(weight.shape) for weight, _ in networks.parts.policy] == [(256, 256), (82, 256)]
+    assert [tuple(weight.shape) for weight, _ in networks.parts.value] == [(256, 256), (1, 256)]
     assert model.action_space.n == 3 * 25 + 5 + 2  # three for each of 25 playable points, of the game's 250
 
 
@@ -183,19 +184,22 @@ def test_it_learns_what_sb3_contrib_learns(torch: Any, observation: str) -> None
     theirs, expected = played(cube_problem(10_000), stock=True, observation=observation, **numbers)
     ours, found = played(cube_problem(10_000), stock=False, observation=observation, **numbers)
     assert found == expected
-    first = ours.policy.first
-    both = (theirs.policy.mlp_extractor.policy_net[0], theirs.policy.mlp_extractor.value_net[0])
-    weight = torch.cat([layer.weight for layer in both]).T
+    networks, mlp = ours.policy.networks, theirs.policy.mlp_extractor
+    weight, seen = torch.cat([net[0].weight for net in (mlp.policy_net, mlp.value_net)]).T, networks.seen
     close = {"rtol": 0, "atol": 1e-4}
-    torch.testing.assert_close(first.weight, weight[first.seen], **close)
-    assert (first.weight - first.beginning[first.seen]).abs().max() > 0.02
-    unseen = np.setdiff1d(np.arange(len(weight)), first.seen)
-    assert 0 < len(first.seen) < len(unseen)
-    assert torch.equal(first.beginning[unseen], weight[unseen])  # they have not moved
-    for name in ("action_net", "value_net"):
-        mine, other = (getattr(model.policy, name) for model in (ours, theirs))
-        torch.testing.assert_close(mine.weight, other.weight, **close)
-        torch.testing.assert_close(mine.bias, other.bias, **close)
+    torch.testing.assert_close(networks.parts.weight, weight[seen], **close)
+    assert (networks.parts.weight - networks.beginning[seen]).abs().max() > 0.02
+    unseen = np.setdiff1d(np.arange(len(weight)), seen)
+    assert 0 < len(seen) < len(unseen)
+    assert torch.equal(networks.beginning[unseen], weight[unseen])  # they have not moved
+    bias = torch.cat([net[0].bias for net in (mlp.policy_net, mlp.value_net)])
+    torch.testing.assert_close(networks.parts.bias, bias, **close)
+    for parts, net, last in (
+        (networks.parts.policy, mlp.policy_net, theirs.policy.action_net),
+        (networks.parts.value, mlp.value_net, theirs.policy.value_net),
+    ):
+        for mine, other in zip(parts, [*net[2::2], last], strict=True):
+            torch.testing.assert_close(mine, (other.weight, other.bias), **close)
 
 
 @pytest.mark.usefixtures("torch")
