@@ -1,4 +1,4 @@
-"""How fast does PPO learn? ``python -m benchmarks.ppo [--updates 1] [--out benchmarks/ppo.md]``
+"""How fast does PPO learn? ``python -m benchmarks.ppo [--updates 8] [--out benchmarks/ppo.md]``
 
 Interactions per second with updates, on one core, compact against tensor; and how fast the environment alone is. Wall
 and processor time stand beside each other: where they differ something else was running.
@@ -74,7 +74,7 @@ def playing(target: str, observation: str, vertices: int | None, interactions: i
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--updates", type=int, default=1, help="in each search")
+    parser.add_argument("--updates", type=int, default=8, help="in each search")
     parser.add_argument("--out", type=Path, help="write the report there, too")
     options = parser.parse_args()
     load = os.getloadavg()[0]

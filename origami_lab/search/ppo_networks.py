@@ -21,6 +21,9 @@ from torch import Tensor, nn
 
 from origami_lab.search.ppo_kernels import legal_logits, legal_logits_gradient, linear, linear_gradient, sparse_rows
 
+ROOM = 64
+"""The first layer grows by so many inputs at once: to copy all weights for each would take longer than to learn."""
+
 Picked = NDArray[np.int64]
 Layer = tuple[Tensor, Tensor]
 
@@ -56,7 +59,7 @@ class Parts:
     """(outputs, inputs) weights and (outputs,) bias of each further layer of the policy; the last gives its logits."""
     value: list[Layer]
     weight: Tensor
-    """(seen inputs, 2 · width) of the first layer."""
+    """(seen inputs, 2 · width) of the first layer, and zeros for some that may be seen later."""
 
 
 @dataclass(frozen=True)
@@ -91,14 +94,21 @@ class SeenInputsNetworks:
         self.seen = np.zeros(0, dtype=np.int64)
         """(seen inputs,) which they are, in the order of their first appearance."""
         self._places = np.full(len(self.beginning), -1)
-        self._shapes = [part.shape for part in rest]
-        self.see(self.seen)
+        self._shapes, self._outputs = [part.shape for part in rest], self.beginning.shape[1]
+        self._point()
 
     def see(self, inputs: NDArray[np.int64]) -> None:
         """Add inputs to those seen; they begin with the weights they always had."""
-        self._places[inputs] = len(self.seen) + np.arange(len(inputs))
+        places = len(self.seen) + np.arange(len(inputs))
+        self._places[inputs] = places
         self.seen = np.concatenate([self.seen, inputs])
-        self.weights = nn.Parameter(torch.cat([self.weights.detach(), self.beginning[inputs].flatten()]))
+        lacking = -(-len(self.seen) // ROOM) * ROOM - len(self.parts.weight)
+        if lacking:
+            self.weights = nn.Parameter(torch.cat([self.weights.detach(), torch.zeros(lacking * self._outputs)]))
+            self._point()
+        self.parts.weight[places] = self.beginning[inputs]
+
+    def _point(self) -> None:
         self.weights.grad = torch.zeros_like(self.weights)
         self.parts, self.gradient = self._parts(self.weights.detach()), self._parts(self.weights.grad)
 
@@ -108,7 +118,7 @@ class SeenInputsNetworks:
         views = [part.view(shape) for part, shape in zip(rest, self._shapes[1:], strict=True)]
         layers = list(zip(views[::2], views[1::2], strict=True))
         half = len(layers) // 2
-        return Parts(bias, layers[:half], layers[half:], first.view(-1, self.beginning.shape[1]))
+        return Parts(bias, layers[:half], layers[half:], first.view(-1, self._outputs))
 
     def unseen(self, columns: NDArray[np.int64]) -> NDArray[np.int64]:
         """Those of the inputs that have not been seen yet."""

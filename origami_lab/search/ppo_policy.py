@@ -39,6 +39,8 @@ class SeenInputsPolicy(MaskableActorCriticPolicy):
         old = self.networks.weights
         self.networks.see(inputs)
         new = self.networks.weights
+        if new is old:
+            return
         self.optimizer.param_groups[0]["params"] = [new]
         if (state := self.optimizer.state.pop(old, None)) is not None:
             rest = torch.zeros(len(new) - len(old))
