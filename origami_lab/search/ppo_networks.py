@@ -50,7 +50,7 @@ class Rows:
 
 
 @dataclass(frozen=True)
-class Parts:
+class WeightViews:
     """A vector of all weights, or their gradient, as the layers that they belong to: views of it."""
 
     bias: Tensor
@@ -63,8 +63,8 @@ class Parts:
 
 
 @dataclass(frozen=True)
-class Run:
-    """What came of the networks on some states: the values of each layer but the last, and what they say."""
+class Activations:
+    """What each layer but the last gave on some states, and what the networks say of these."""
 
     policy: list[Tensor]
     value: list[Tensor]
@@ -112,13 +112,13 @@ class SeenInputsNetworks:
         self.weights.grad = torch.zeros_like(self.weights)
         self.parts, self.gradient = self._parts(self.weights.detach()), self._parts(self.weights.grad)
 
-    def _parts(self, vector: Tensor) -> Parts:
+    def _parts(self, vector: Tensor) -> WeightViews:
         sizes = [shape.numel() for shape in self._shapes]
         bias, *rest, first = vector.split([*sizes, len(vector) - sum(sizes)])
         views = [part.view(shape) for part, shape in zip(rest, self._shapes[1:], strict=True)]
         layers = list(zip(views[::2], views[1::2], strict=True))
         half = len(layers) // 2
-        return Parts(bias, layers[:half], layers[half:], first.view(-1, self._outputs))
+        return WeightViews(bias, layers[:half], layers[half:], first.view(-1, self._outputs))
 
     def unseen(self, columns: NDArray[np.int64]) -> NDArray[np.int64]:
         """Those of the inputs that have not been seen yet."""
@@ -128,7 +128,7 @@ class SeenInputsNetworks:
         """The numbers of inputs among those seen."""
         return self._places[columns]
 
-    def run(self, inputs: Rows, legal: Rows, picked: Picked) -> Run:
+    def run(self, inputs: Rows, legal: Rows, picked: Picked) -> Activations:
         """The networks on the picked states."""
         parts = self.parts
         first = parts.bias.repeat(len(picked), 1)
@@ -143,10 +143,10 @@ class SeenInputsNetworks:
             picked, legal.starts, legal.columns, policy[-1].numpy(), weight.numpy(), bias.numpy(), logits.numpy()
         )
         weight, bias = parts.value[-1]
-        return Run(policy, value, logits, torch.addmm(bias, value[-1], weight.T).flatten())
+        return Activations(policy, value, logits, torch.addmm(bias, value[-1], weight.T).flatten())
 
     def differentiate(
-        self, inputs: Rows, legal: Rows, picked: Picked, run: Run, by_logits: Tensor, by_values: Tensor
+        self, inputs: Rows, legal: Rows, picked: Picked, run: Activations, by_logits: Tensor, by_values: Tensor
     ) -> None:
         """Compute the gradient of what has these gradients by the logits and the values of a run."""
         parts, gradient = self.parts, self.gradient
