@@ -28,6 +28,7 @@ POLISHED, SIMPLIFIED = "polished", "simplified"
 FOLDER_FORMAT = 2
 """Version of what a run folder holds; folders of version 0.1.0 do not say theirs, which is 1."""
 
+SAVED = ".saved"
 SEED = "seed="
 """First letters of the name of a trial's folder."""
 
@@ -35,6 +36,11 @@ SEED = "seed="
 def trial_folder(run: Path, seed: int) -> Path:
     """The folder of one trial in the folder of its run."""
     return run / f"{SEED}{seed}"
+
+
+def saved_file(run: Path, seed: int) -> Path:
+    """The file of one trial's search that is not finished."""
+    return run / f"{SEED}{seed}{SAVED}"
 
 
 def error_file(run: Path, seed: int) -> Path:

@@ -18,6 +18,7 @@ from origami_lab.experiment.kept_design import Kept, keep_design
 from origami_lab.experiment.trial_files import write_files
 from origami_lab.file_names import POLISHED, RESULT
 from origami_lab.runs.run_folder import FolderError, RunFolder
+from origami_lab.runs.saved_search import SavedSearch
 from origami_lab.runs.trial_row import FAILED, NO_DESIGN, OK, STOPPED, TrialRow, beside_row
 from origami_lab.workers.worker_process import reason_of
 
@@ -105,8 +106,12 @@ def _search(
         if report is not None:
             best = problem.best_value
             found = best if math.isfinite(best) else None
-            report(Progress(seed, problem.interactions, found, time.perf_counter() - start - clock.seconds))
+            report(Progress(seed, problem.interactions, found, elapsed()))
 
+    def elapsed() -> float:
+        return saves.seconds_before + time.perf_counter() - start - clock.seconds
+
+    saves = SavedSearch(folder.path, seed, elapsed)
     problem = Problem(
         parts.game,
         parts.objective,
@@ -114,12 +119,13 @@ def _search(
         certify=settings.certify,
         on_progress=on_progress,
         should_stop=should_stop,
+        saves=saves,
     )
     start = time.perf_counter()
     # a searcher that does not ask for ``done`` ends by SearchEnded
     with compile_clock() as clock, suppress(SearchEnded):
         parts.searcher.search(problem, random_generator(seed))
-    seconds = time.perf_counter() - start - clock.seconds
+    seconds = elapsed()
     on_progress(problem)
 
     outcome = problem.outcome()
@@ -140,7 +146,10 @@ def _search(
     with folder.new_trial(seed) as path:
         kept = keep_design(path, outcome, make, verifies=settings.files == "all" and settings.certify)
         row = _row(seed, parts, kept, seconds, status)
-        return row, write_files(path, folder, settings, parts, kept, row)
+        warnings = write_files(path, folder, settings, parts, kept, row)
+    if row.spent_budget:
+        saves.remove()
+    return row, warnings
 
 
 def _polish(

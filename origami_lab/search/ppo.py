@@ -89,11 +89,12 @@ class ProximalPolicyOptimization:
 
     def search(self, problem: Problem, rng: np.random.Generator) -> None:
         from origami_lab.search.ppo_learner import isolated, learner
+        from origami_lab.search.ppo_saving import Saving, restore
 
         self.check_game(problem.game)
         episodes = Episodes(problem, self.games, self._view(problem.game))
         with isolated(int(rng.integers(2**31))), suppress(SearchEnded):
-            learner(
+            model = learner(
                 episodes,
                 layers=self.layers,
                 batch=self.batch,
@@ -105,7 +106,10 @@ class ProximalPolicyOptimization:
                 clip=self.clip,
                 gamma=self.gamma,
                 gae_lambda=self.gae_lambda,
-            ).learn(problem.budget)
+            )
+            if (arrays := problem.saved()) is not None:
+                restore(model, episodes, arrays)
+            model.learn(problem.budget, callback=Saving(problem, episodes), reset_num_timesteps=arrays is None)
 
     def check_game(self, game: Game) -> None:
         """Refuse observations so large that the first layers and a batch need too much memory; raises InputError."""

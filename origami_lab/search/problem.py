@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from typing import Any, Protocol
 
 import numpy as np
@@ -21,10 +21,12 @@ from origami_lab.game.kernels.state import RUNNING, States
 from origami_lab.objectives.objective import Evaluator, Memos, Score, bind
 from origami_lab.search.dense_check import certified_reach
 from origami_lab.search.random_stream import Draws
+from origami_lab.search.saves import Arrays, Saves, pack, unpack
 
 Actions = NDArray[np.int32]
 
 PROGRESS_SECONDS = 0.25
+_COUNTS = ("interactions", "episodes", "rejected", "places_evaluated")
 
 
 @dataclass(frozen=True)
@@ -100,6 +102,8 @@ class Problem:
         Called a few times a second while the search runs.
     should_stop
         Asked as often; once it says yes the search ends with what it has.
+    saves
+        Where a searcher may save itself on the way (:meth:`save`), and finds what it saved when it was killed.
     """
 
     def __init__(
@@ -111,6 +115,7 @@ class Problem:
         certify: bool = True,
         on_progress: Callable[[Problem], None] | None = None,
         should_stop: Callable[[], bool] | None = None,
+        saves: Saves | None = None,
     ) -> None:
         self.game, self.objective, self.budget, self.certify = game, objective, budget, certify
         self.evaluator: Evaluator = bind(objective, game)
@@ -123,6 +128,7 @@ class Problem:
         self.best_value = -math.inf
         self.improvements: list[Improvement] = []
         self._on_progress, self._should_stop = on_progress, should_stop
+        self._saves = saves
         self._stopped = False
         self._next_check = 0
         self._check_every = 1
@@ -185,12 +191,13 @@ class Problem:
         self.evaluator.clear(positions.memos, i)
         return self._legal[: legal_of(positions.states, i, self.game.rules.record, self._legal)]
 
-    def play(self, positions: Positions, i: int, action: int) -> Actions:
+    def play(self, positions: Positions, i: int, action: int, *, count: bool = True) -> Actions:
         """Play a legal action, one interaction; returns the actions legal afterwards, none if the episode has ended.
 
-        They are valid until the next call.
+        They are valid until the next call. ``count=False`` plays again what was counted before.
         """
-        self.spend(1)
+        if count:
+            self.spend(1)
         n = step(positions.states, i, self.game.rules.record, action, self._legal)
         return self._legal[:n]
 
@@ -273,6 +280,33 @@ class Problem:
         self.best_value = score.value
         self.improvements.append(Improvement(self.interactions, score.value, score.angle, actions))
         return score.value
+
+    # --- saving ------------------------------------------------------------------------------------------------------
+
+    def save(self, arrays: Callable[[], Arrays]) -> None:
+        """Save the search if it is time to, about twice a minute: the problem, and arrays of numbers of the searcher's.
+
+        They must be all that its further course depends on, so that it comes to the same, bit for bit, gone on with or
+        not. A search that is to be saved is long, and asks often.
+        """
+        if self._saves is not None and self._saves.due:
+            facts = {name: getattr(self, name) for name in _COUNTS} | {"best_value": self.best_value}
+            facts["improvements"] = [astuple(each) for each in self.improvements]
+            self._saves.write(pack(facts, arrays()))
+
+    def saved(self) -> dict[str, NDArray[Any]] | None:
+        """The arrays that were saved last, and the problem as it was then; None if nothing was."""
+        content = None if self._saves is None else self._saves.read()
+        found = None if content is None else unpack(content)
+        if found is None:
+            return None
+        facts, arrays = found
+        self.improvements = [
+            Improvement(at, value, angle, tuple(actions)) for at, value, angle, actions in facts.pop("improvements")
+        ]
+        for name, value in facts.items():
+            setattr(self, name, value)
+        return arrays
 
     # --- the result --------------------------------------------------------------------------------------------------
 

@@ -137,13 +137,16 @@ ANYWHERE: dict[str, tuple[str, Start]] = {
     "rectangle": ("y", Rectangle()),
     "crease": ("none", Crease(ends="choose", stays="lower")),
     "panel": ("xy", Panel(((2, 1), (0, 2), (-2, 1), (-2, -1), (0, -2), (2, -1)), (1, 1, 0, 1, 1, 0))),
+    "square": ("x", Square("choose", "choose")),
 }
 
 
 @pytest.mark.parametrize("name", ANYWHERE)
 def test_start_patterns_and_sources_may_be_placed_anywhere(searcher: Searcher, name: str) -> None:
     symmetry, start = ANYWHERE[name]
-    game = Game(9, symmetry, start, max_crease_length=4, source_action="boundary")
+    game = Game(
+        symmetry=symmetry, start=start, board_width=9, board_height=11, max_crease_length=4, source_action="boundary"
+    )
     problem = Problem(game, ShapeObjective(cube()), 1500)
     searcher.search(problem, np.random.default_rng(0))
     outcome = problem.outcome()
