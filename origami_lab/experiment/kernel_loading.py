@@ -13,7 +13,8 @@ from pathlib import Path
 
 from origami_lab.config.instantiate import Parts, build_parts
 from origami_lab.config.settings import Settings
-from origami_lab.experiment.trial import random_generator, run_trial
+from origami_lab.experiment.staged_search import stage_generator
+from origami_lab.experiment.trial import run_trial
 from origami_lab.runs.run_folder import RunFolder
 
 FEW, SOME = 200, 2000
@@ -28,7 +29,7 @@ def load_kernels(settings: Settings) -> None:
     problem = Problem(parts.game, parts.objective, min(settings.budget, FEW), certify=settings.certify)
     if _are_known(parts):
         with suppress(SearchEnded):
-            parts.searcher.search(problem, random_generator(0))
+            parts.searcher.search(problem, stage_generator(0, 0))
 
 
 def warm_up(settings: Settings, compiles: Callable[[], None]) -> float | None:
@@ -49,7 +50,7 @@ def warm_up(settings: Settings, compiles: Callable[[], None]) -> float | None:
         load_kernels(settings)
         parts = build_parts(settings)
         if clock.seconds and _are_known(parts):
-            small = replace(settings, budget=min(settings.budget, SOME), polish=None)
+            small = replace(settings, budget=min(settings.budget, SOME), polish=None, target_return=None, stages=())
             with tempfile.TemporaryDirectory(prefix="origami-lab-") as place:
                 folder = RunFolder(Path(place))
                 folder.begin(settings.config, parts.target, None)

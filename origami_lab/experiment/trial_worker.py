@@ -89,7 +89,8 @@ def _build(settings: Settings, calls: Calls) -> Parts:
 def _answer(task: Task, orders: Orders, parts: Parts | None, calls: Calls) -> Finished | Failed:
     try:
         parts = parts or _build(task.settings, calls)
-        row, warnings = run_trial(task.settings, task.seed, task.folder, orders.say, orders.stop, parts)
+        again = lambda: _build(task.settings, calls)  # noqa: E731
+        row, warnings = run_trial(task.settings, task.seed, task.folder, orders.say, orders.stop, parts, again)
         return Finished(task.seed, row, warnings)
     except FolderError as error:
         return Failed(task.seed, f"cannot write its files: {error.why}", "", error.why)
