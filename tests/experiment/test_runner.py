@@ -36,7 +36,7 @@ from tests.small_runs import SMALL, TIMINGS, inside, run
 pytestmark = pytest.mark.slow
 
 TRIAL_FILES = {
-    *("best.fold", "motion.fold", "actions.json", "curve.csv", "result.json"),
+    *("best.fold", "motion.fold", "actions.json", "curve.csv", "result.json", "search.npz"),
     *("pattern.png", "folded.png", "motion.gif", "pattern.svg", "best.html", "certificate.json"),
 }
 ROOT = Path(__file__).parents[2]
