@@ -213,7 +213,7 @@ def test_at_most_twenty_are_looked_at(
     parts, outcome = many
     looked: list[float] = []
 
-    def planted(file: Path) -> Certificate:
+    def planted(file: Path, thickness: float = 0.0) -> Certificate:
         value = float(read_fold(file).metadata["return"])  # type: ignore[arg-type]
         looked.append(value)
         if value > 29.5 - refuted:
