@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 from typing import Any
 
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
@@ -17,7 +18,7 @@ _AMOUNT = re.compile(r"\s*([-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a
 def split_amount(value: Any) -> tuple[float, str] | None:
     """A finite number and the word behind it, empty for a plain number; None for anything else."""
     if isinstance(value, int | float) and not isinstance(value, bool):
-        return (float(value), "") if math.isfinite(value) else None
+        return (float(value), "") if -sys.float_info.max <= value <= sys.float_info.max else None
     found = _AMOUNT.fullmatch(value) if isinstance(value, str) and len(value) < 100 else None
     return (float(found[1]), found[2]) if found and math.isfinite(float(found[1])) else None
 

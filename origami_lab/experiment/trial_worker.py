@@ -88,8 +88,10 @@ def _build(settings: Settings, calls: Calls, earlier: Parts | None = None) -> Pa
 
 
 def _answer(task: Task, orders: Orders, parts: Parts | None, earlier: Parts | None, calls: Calls) -> Finished | Failed:
+    def fresh() -> Parts:
+        return _build(task.settings, calls, earlier)
+
     try:
-        fresh = lambda: _build(task.settings, calls, earlier)  # noqa: E731
         parts = parts or fresh()
         row, warnings = run_trial(task.settings, task.seed, task.folder, orders.say, orders.stop, parts, fresh)
         return Finished(task.seed, row, warnings)
