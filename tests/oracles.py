@@ -119,6 +119,12 @@ class BoardSheet:
     """The folded sheet and its smallest driving angle, where sectors of π are allowed if they fold."""
     stays: Point = (0, 1)
     """The direction, seen from a single crease, of the panel that stays in the plane."""
+    min_length: float = 0.0
+    """Of creases that are laid after the start pattern."""
+    min_sector: float = 0.0
+    """Of the angle between two neighbouring creases of a vertex, of which one is new, in radians."""
+    min_width: float = 0.0
+    """Of each new triangle of a panel."""
 
     def __post_init__(self) -> None:
         mirrors = {"y": [(-1, 0, 0, 1)], "x": [(1, 0, 0, -1)], "xy": [(-1, 0, 0, 1), (1, 0, 0, -1)]}
@@ -263,11 +269,46 @@ class BoardSheet:
             if self.playable(v) and not self.axes(v):
                 prev, following = self.neighbours(v)
                 images = self.orbit(v)
-                if prev in images and frozenset((v, prev)) not in self.driven:
+                if prev in images and frozenset((v, prev)) not in self.driven and self._may_be_crease(prev, v):
                     out.add((v, "start"))
                 if following in images and frozenset((v, following)) not in self.driven:
-                    out.add((v, "end"))
+                    if self._may_be_crease(v, following):
+                        out.add((v, "end"))
         return out
+
+    # limits of what can be folded
+
+    def _may_be_crease(self, u: Point, w: Point) -> bool:
+        """Whether a crease may lie on the boundary segment from u to its successor w."""
+        return math.dist(u, w) >= self.min_length - EPSILON and self._is_blunt(u, w) and self._is_blunt(w, u)
+
+    def _is_blunt(self, u: Point, w: Point) -> bool:
+        """Whether a crease from u along the boundary to w keeps its distance from the next one of u's."""
+        if not self.incoming[u]:
+            return True
+        follows = self.neighbours(u)[1] == w
+        beside = _minus(self.incoming[u][0 if follows else -1], u)
+        towards = _minus(w, u)
+        angle = angle_between(towards, beside) if follows else angle_between(beside, towards)
+        return min(angle, 2 * math.pi - angle) >= self.min_sector - EPSILON
+
+    def _is_wide(self, *corners: Point) -> bool:
+        """Whether a triangle is wide enough in every direction; it is narrowest at right angles to a side."""
+        places = np.array(corners, dtype=float)
+        extents = []
+        for side in places - np.roll(places, 1, axis=0):
+            if side.any():
+                across = np.array([-side[1], side[0]]) / np.linalg.norm(side)
+                extents.append(np.ptp(places @ across))
+        narrowest = min(extents, default=0.0)
+        return narrowest < EPSILON or narrowest >= self.min_width - EPSILON
+
+    def _panels_are_wide(self, v: Point, neighbour: Point, q: Point) -> bool:
+        """Whether an outer child brings no panel that is too narrow; over a seam its image has a part in one."""
+        if not self._is_wide(v, neighbour, q):
+            return False
+        orbit = self.orbit(v)
+        return neighbour not in orbit or self._is_wide(neighbour, _apply(orbit[neighbour], q), q)
 
     def boundary_sources(self) -> set[Point]:
         """Playable leaves whose segment to the next one, playable too, has no source yet."""
@@ -275,7 +316,8 @@ class BoardSheet:
         for v in self.ring:
             following = self.neighbours(v)[1]
             if self.playable(v) and self.playable(following) and frozenset((v, following)) not in self.driven:
-                out.add(v)
+                if self._may_be_crease(v, following):
+                    out.add(v)
         return out
 
     def near_side(self, v: Point) -> str | None:
@@ -327,12 +369,12 @@ class BoardSheet:
                     continue
             elif not _is_sector(sector):
                 continue
-            if not room:
+            if not (room and sector >= self.min_sector - EPSILON):
                 continue
             if q == neighbour:
-                if neighbour not in self.orbit(v):
+                if neighbour not in self.orbit(v) and self._is_blunt(neighbour, v):
                     found.add(q)
-            else:
+            elif self._panels_are_wide(v, neighbour, q):
                 insert.append(q)
         if self.axes(v):
             mirror = self.axes(v)[0]
@@ -353,7 +395,10 @@ class BoardSheet:
                 continue
             if set(self.axes(v)) - set(self.axes(q)):
                 continue
-            if _is_sector(angle_between(_minus(a, v), d)) and _is_sector(angle_between(d, _minus(b, v))):
+            sectors = angle_between(_minus(a, v), d), angle_between(d, _minus(b, v))
+            if not all(_is_sector(sector) and sector >= self.min_sector - EPSILON for sector in sectors):
+                continue
+            if self._is_wide(v, a, q) and self._is_wide(v, q, b):
                 found.append(q)
         simple = self._simple(v, [(a, q, b) for q in found])
         return {q for q, fits in zip(found, simple, strict=True) if fits}
@@ -404,6 +449,9 @@ class BoardSheet:
         return [(x, y) for y in ys for x in xs]
 
     def _too_long(self, d: Point) -> bool:
+        """Too long, or too short."""
+        if math.hypot(*d) < self.min_length - EPSILON:
+            return True
         return self.max_length is not None and math.hypot(*d) > self.max_length + EPSILON
 
     def _simple(self, v: Point, children: list[tuple[Point | None, Point | None, Point | None]]) -> list[bool]:

@@ -69,6 +69,9 @@ LATER_KEYS: dict[str, Any] = {
     **{"files": "all", "folder_format": 1, "report_order": {"task": None, "method": None}},
     **{"polish": None, "polish_seconds": None, "polish_simplify": None},
     "straight_sectors": False,
+    **{"min_crease_length": None, "min_sector_angle": None, "min_panel_width": None},
+    **{"cell": None, "sheet": None, "thickness": None},
+    **{"target_return": None, "minutes": None, "stages": []},
     "trust": [],  # never in a file
 }
 """Settings that came later → what a run meant that does not have them."""
@@ -80,7 +83,7 @@ LATER_IN_GROUPS: dict[str, dict[str, Any]] = {"board": {"width": None, "height":
 LATER_ARGUMENTS: dict[str, dict[str, Any]] = {
     "origami_lab.game.Square": {"position": None},
     "origami_lab.game.Crease": {"ends": None, "stays": "upper"},
-    "origami_lab.targets.mesh": {"board_width": None, "board_height": None},
+    "origami_lab.targets.mesh": {"board_width": None, "board_height": None, "cell": None},
     "origami_lab.objectives.BucketObjective": {"norm_of": "leaves"},
     "origami_lab.search.BreadthFirstSearch": {"aspiration": None, "inside_moves": False},
     "origami_lab.search.DepthFirstSearch": {"aspiration": None, "inside_moves": False},

@@ -24,6 +24,9 @@ KEYS = {
     "board_height": "board.height",
     "symmetry": "symmetry",
     "max_crease_length": "max_crease_length",
+    "min_crease_length": "min_crease_length",
+    "min_sector_angle": "min_sector_angle",
+    "min_panel_width": "min_panel_width",
     "source_action": "source_action",
     "straight_sectors": "straight_sectors",
     "driving_angle_max": "driving_angle.max",
@@ -57,6 +60,11 @@ class RuleSettings:
     max_crease_length: Annotated[
         float | None, Number(1, 1e6, "must be at least 1 (a board cell), or null for no limit")
     ]
+    min_crease_length: Annotated[float | None, Number(0, 1e6, "must be board cells above 0, or null", between=True)]
+    min_sector_angle: Annotated[
+        float | None, Number(0, 90, "must be degrees above 0 and below 90, or null", between=True)
+    ]
+    min_panel_width: Annotated[float | None, Number(0, 1e6, "must be board cells above 0, or null", between=True)]
     source_action: Annotated[bool | Literal["boundary"], _Sources()]
     straight_sectors: Annotated[bool, Flag()]
     driving_angle_max: Annotated[float, Number(0, 180, _HALF_TURN, between=True)]
@@ -82,6 +90,9 @@ class RuleSettings:
 def checked_rules(values: Mapping[str, Any]) -> RuleSettings:
     """The settings of that name; raises InputError for the first that is missing or wrong."""
     settings = check(RuleSettings, values, KEYS)
+    shortest, longest = settings.min_crease_length, settings.max_crease_length
+    if shortest is not None and longest is not None and shortest > longest:
+        raise InputError("min_crease_length", shortest, f"must be at most max_crease_length={longest:g}")
     if settings.symmetry == "xyd" and settings.width != settings.height:
         expected = (
             f"mirrors in the diagonals, too, which a board of {settings.width}×{settings.height} points does not have:"

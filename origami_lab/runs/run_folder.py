@@ -32,7 +32,7 @@ from typing import TYPE_CHECKING, Any
 from origami_lab.addresses import hidden, keep
 from origami_lab.config.config_file import config_text, read_config_file
 from origami_lab.config.earlier_versions import as_of_today, with_public_targets
-from origami_lab.config.node import FREE_TO_CHANGE, Node, check_format, flatten
+from origami_lab.config.node import FREE_TO_CHANGE, OF_STAGES, Node, check_format, flatten
 from origami_lab.config.settings import Settings
 from origami_lab.errors import InputError
 from origami_lab.file_names import (
@@ -143,7 +143,7 @@ class RunFolder:
         return all(file.name == RUNNING or _LEFTOVER.fullmatch(file.name) for file in self.path.iterdir())
 
     def _check_same(self, settings: Settings) -> None:
-        differing = _differences(self.config(), settings.config)
+        differing = _differences(self.config(), as_of_today(settings.config))
         if differing:
             raise InputError(
                 "output",
@@ -359,7 +359,8 @@ def fresh_folder(parent: Path, now: datetime) -> Path:
 
 def _differences(old: Node, new: Node) -> list[str]:
     """The keys whose values differ, but for those that may."""
-    left, right = (flatten({k: v for k, v in c.items() if k not in FREE_TO_CHANGE}) for c in (old, new))
+    free = (*FREE_TO_CHANGE, *OF_STAGES)  # a run may go on
+    left, right = (flatten({k: v for k, v in c.items() if k not in free}) for c in (old, new))
     missing = object()
     return [
         f"{key} was {left.get(key, 'not set')}, is {right.get(key, 'not set')}"

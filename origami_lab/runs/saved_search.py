@@ -10,7 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from origami_lab.about import __version__
-from origami_lab.file_names import SAVED, SEED, saved_file
+from origami_lab.file_names import RESULT, SAVED, SEED, saved_file, trial_folder
 from origami_lab.files import regular_bytes, remove_files, write_whole
 
 SAVE_SECONDS = 30.0
@@ -30,16 +30,25 @@ class SavedSearch:
         The run's.
     seed
         The trial's.
-    elapsed
-        Seconds that the search has taken, those before it was saved included.
     """
 
-    def __init__(self, folder: Path, seed: int, elapsed: Callable[[], float]) -> None:
+    def __init__(self, folder: Path, seed: int) -> None:
         self.path = saved_file(folder, seed)
-        self.seconds_before = 0.0
+        self.seconds_before: float | None = None
         """Seconds that the search had taken when it was saved, if it goes on from there."""
-        self._elapsed = elapsed
+        self._stage = 0
+        self._elapsed: Callable[[], float] = lambda: 0.0
         self._last = time.monotonic()
+
+    def begin(self, stage: int, elapsed: Callable[[], float]) -> None:
+        """A stage begins: what was saved in another one counts as nothing.
+
+        Parameters
+        ----------
+        elapsed
+            Gives the seconds that the trial's search has taken, those before it was saved included.
+        """
+        self._stage, self._elapsed, self.seconds_before = stage, elapsed, None
 
     @property
     def due(self) -> bool:
@@ -48,7 +57,8 @@ class SavedSearch:
 
     def write(self, content: bytes) -> None:
         """Keep this instead of what was kept before."""
-        head = {"version": __version__, "sha256": hashlib.sha256(content).hexdigest(), "seconds": self._elapsed()}
+        head = {"version": __version__, "stage": self._stage, "seconds": self._elapsed()}
+        head["sha256"] = hashlib.sha256(content).hexdigest()
         with suppress(OSError):  # a full disk shall not end a search of hours
             write_whole(self.path, json.dumps(head).encode() + b"\n" + content, sync=True)
         self._last = time.monotonic()
@@ -58,7 +68,8 @@ class SavedSearch:
         with suppress(OSError, ValueError, KeyError, TypeError):
             line, _, content = regular_bytes(self.path, LARGEST_SAVE).partition(b"\n")
             head = json.loads(line)
-            if head["version"] == __version__ and head["sha256"] == hashlib.sha256(content).hexdigest():
+            mine = (head["version"], head["stage"]) == (__version__, self._stage)
+            if mine and head["sha256"] == hashlib.sha256(content).hexdigest():
                 self.seconds_before = float(head["seconds"])
                 return content
         return None
@@ -70,8 +81,13 @@ class SavedSearch:
 
 
 def remove_saves(folder: Path, is_finished: Callable[[int], bool]) -> None:
-    """Remove the saves of finished trials from a run folder: it may have been killed before it did so."""
+    """Remove the saves of finished trials from a run folder: it may have been killed before it did so.
+
+    One that is younger than the trial's result is of a later stage, which is not finished.
+    """
     for file in folder.glob(f"{SEED}*{SAVED}"):
         seed = file.name.removeprefix(SEED).removesuffix(SAVED)
         if seed.isdigit() and is_finished(int(seed)):
-            remove_files(folder, [file.name])
+            result = trial_folder(folder, int(seed)) / RESULT
+            if file.stat().st_mtime_ns <= result.stat().st_mtime_ns:
+                remove_files(folder, [file.name])

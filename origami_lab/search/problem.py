@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import astuple, dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from origami_lab.game.game import Game
 from origami_lab.game.kernels.play import branch, copy_to, legal_of, play_uniform, step
@@ -75,6 +75,23 @@ class Searcher(Protocol):
         ...
 
 
+SearcherState = Mapping[str, NDArray[Any]]
+"""What a searcher saves, by names of its own: arrays of numbers or text."""
+
+
+@runtime_checkable
+class LastingSearcher(Searcher, Protocol):
+    """A searcher that can go on where another one of its kind has ended."""
+
+    def save(self) -> Mapping[str, ArrayLike]:
+        """Its state after ``search`` has ended, wherever that was: arrays of numbers or text."""
+        ...
+
+    def load(self, state: SearcherState) -> None:
+        """Take up a saved state, before ``search``, which then goes on."""
+        ...
+
+
 @dataclass(eq=False)
 class Positions:
     """An array of game states with the evaluator's notes on each; :meth:`Problem.grow` makes room for more."""
@@ -102,6 +119,12 @@ class Problem:
         Called a few times a second while the search runs.
     should_stop
         Asked as often; once it says yes the search ends with what it has.
+    goal
+        A return that is good enough: the search ends once it is reached.
+    time_is_up
+        Asked as often as ``should_stop``; once it says yes the search has come to its end, too.
+    begun
+        What was found before, where a search goes on: its interactions count, and its best is to be exceeded.
     saves
         Where a searcher may save itself on the way (:meth:`save`), and finds what it saved when it was killed.
     """
@@ -115,9 +138,13 @@ class Problem:
         certify: bool = True,
         on_progress: Callable[[Problem], None] | None = None,
         should_stop: Callable[[], bool] | None = None,
+        goal: float = math.inf,
+        time_is_up: Callable[[], bool] | None = None,
+        begun: Outcome | None = None,
         saves: Saves | None = None,
     ) -> None:
         self.game, self.objective, self.budget, self.certify = game, objective, budget, certify
+        self.goal = goal
         self.evaluator: Evaluator = bind(objective, game)
         self._exact_value = getattr(self.evaluator, "exact_value", None)
         self.interactions = 0
@@ -127,9 +154,13 @@ class Problem:
         """Counted by searchers that look at places before they play them."""
         self.best_value = -math.inf
         self.improvements: list[Improvement] = []
-        self._on_progress, self._should_stop = on_progress, should_stop
+        if begun is not None:
+            self.interactions, self.episodes, self.rejected = begun.interactions, begun.episodes, begun.rejected
+            self.places_evaluated, self.best_value = begun.places_evaluated, begun.value
+            self.improvements += begun.improvements
+        self._on_progress, self._should_stop, self._time_is_up = on_progress, should_stop, time_is_up
         self._saves = saves
-        self._stopped = False
+        self._stopped = self._late = False
         self._next_check = 0
         self._check_every = 1
         self._last_check = time.monotonic()
@@ -140,13 +171,18 @@ class Problem:
 
     @property
     def done(self) -> bool:
-        """Whether the budget is spent or the search was asked to stop."""
-        return self._stopped or self.interactions >= self.budget
+        """Whether the budget is spent, the goal reached, the time up, or the search was asked to stop."""
+        return self._stopped or self._late or self.interactions >= self.budget or self.best_value >= self.goal
 
     @property
     def stopped(self) -> bool:
         """Whether the search was asked to stop, and has heard it."""
         return self._stopped
+
+    @property
+    def is_late(self) -> bool:
+        """Whether the time is up, and the search has heard it."""
+        return self._late
 
     @property
     def remaining(self) -> int:
@@ -171,6 +207,8 @@ class Problem:
             self._on_progress(self)
         if self._should_stop is not None and self._should_stop():
             self._stopped = True
+        if self._time_is_up is not None and self._time_is_up():
+            self._late = True
 
     # --- playing -----------------------------------------------------------------------------------------------------
 

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+
 import numpy as np
 import pytest
 
@@ -220,6 +224,26 @@ def test_masks_equal_brute_force_without_half_turns(symmetry: str, start: Start)
     assert compare_masks(symmetry, start, 9, None, episodes=4, seed=5, sources="boundary", straight=False) > 12
 
 
+LIMITS: dict[str, dict[str, float]] = {
+    "short": {"min_crease_length": 2.0},
+    "diagonal": {"min_crease_length": 2.0**0.5},
+    "sharp": {"min_sector_angle": 45.0},
+    "odd": {"min_sector_angle": 31.7},
+    "narrow": {"min_panel_width": 0.8},
+    "half a diagonal": {"min_panel_width": 0.5**0.5},
+    "all": {"min_crease_length": 1.2, "min_sector_angle": 22.0, "min_panel_width": 0.6},
+}
+
+
+@pytest.mark.parametrize("name", LIMITS)
+@pytest.mark.parametrize("sources", [True, "boundary"])
+def test_limits_are_exact(name: str, sources: bool | str) -> None:
+    compared = 0
+    for symmetry, start in (*STARTS[:5], ("none", Crease("choose")), ON_BOUNDARY[-1], ON_BOUNDARY[-4]):
+        compared += compare_masks(symmetry, start, 9, 3.5, episodes=2, seed=5, sources=sources, limits=LIMITS[name])
+    assert compared > 60
+
+
 def compare_masks(
     symmetry: str,
     start: Start,
@@ -230,12 +254,24 @@ def compare_masks(
     sources: bool | str = True,
     straight: bool = True,
     seek: bool = False,
+    limits: Mapping[str, float] = MappingProxyType({}),
 ) -> int:
     rng = np.random.default_rng(seed)
-    game = on_board(board, symmetry, start, max_crease_length=length, source_action=sources, straight_sectors=straight)
+    game = on_board(
+        board, symmetry, start, max_crease_length=length, source_action=sources, straight_sectors=straight, **limits
+    )
     compared = half_turns = 0
     for _ in range(episodes):
-        both = Comparison(game, BoardSheet(game.rules.half, symmetry, length, anywhere=sources == "boundary"))
+        oracle = BoardSheet(
+            game.rules.half,
+            symmetry,
+            length,
+            anywhere=sources == "boundary",
+            min_length=limits.get("min_crease_length", 0.0),
+            min_sector=math.radians(limits.get("min_sector_angle", 0.0)),
+            min_width=limits.get("min_panel_width", 0.0),
+        )
+        both = Comparison(game, oracle)
         for _ in range(80):
             actions = game.legal(both.states)
             if both.oracle.ring:
@@ -255,11 +291,11 @@ def snapshot(states: States) -> bytes:
     return states.tobytes()
 
 
-@pytest.mark.parametrize("symmetry", ["none", "y", "xyd"])
-def test_step_accepts_what_the_mask_allows_and_nothing_else(symmetry: str) -> None:
+@pytest.mark.parametrize(("symmetry", "limits"), [("none", {}), ("y", {}), ("xyd", {}), ("y", LIMITS["all"])])
+def test_step_accepts_what_the_mask_allows_and_nothing_else(symmetry: str, limits: dict[str, float]) -> None:
     """Design page, section 9, item 8."""
     rng = np.random.default_rng(3)
-    game = Game(7, symmetry, Square("choose"), capacity=24)
+    game = Game(7, symmetry, Square("choose"), capacity=24, **limits)
     for _ in range(2):
         states = game.new_states(1)
         for _ in range(40):

@@ -146,22 +146,29 @@ def test_a_full_disk_costs_a_save_and_no_search(
 def test_saves_of_finished_trials_are_cleared_with_what_killed_runs_left(tmp_path: Path) -> None:
     """A run may be killed between the end of a trial and that."""
     folder = RunFolder(tmp_path)
-    for seed, status in ((1, "ok"), (2, "stopped")):
-        with folder.new_trial(seed) as path:
-            trial_row(seed, status=status).write(path / "result.json")
     for seed in (1, 2, 3):
         saved_file(tmp_path, seed).write_bytes(b"save")
+    for seed, status in ((1, "ok"), (2, "stopped"), (4, "ok")):
+        with folder.new_trial(seed) as path:
+            trial_row(seed, status=status).write(path / "result.json")
+    saved_file(tmp_path, 4).write_bytes(b"a later stage's")
+    os.utime(saved_file(tmp_path, 4), ns=(2**62, 2**62))
     (tmp_path / ".seed=3.saved.123.tmp").write_bytes(b"half")
     (tmp_path / "seed=mine.saved").write_bytes(b"the user's")
     folder.clear_leftovers()
     left = {file.name for file in tmp_path.iterdir() if file.is_file()}
-    assert left == {"seed=2.saved", "seed=3.saved", "seed=mine.saved"}
+    assert left == {"seed=2.saved", "seed=3.saved", "seed=4.saved", "seed=mine.saved"}
 
 
 def test_the_time_of_a_search_counts_from_its_beginning(tmp_path: Path) -> None:
-    first = SavedSearch(tmp_path, 1, lambda: 12.5)
+    first = SavedSearch(tmp_path, 1)
+    first.begin(0, lambda: 12.5)
     first.write(b"policy")
-    second = SavedSearch(tmp_path, 1, lambda: 1.0)
+    second = SavedSearch(tmp_path, 1)
+    second.begin(0, lambda: 1.0)
     assert second.read() == b"policy"
     assert second.seconds_before == 12.5
     assert not second.due
+    second.begin(1, lambda: 1.0)  # of a later stage it is no save
+    assert second.read() is None
+    assert second.seconds_before is None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ from origami_lab.search.evolution import EvolutionarySearch
 from origami_lab.search.mcts import MonteCarloTreeSearch
 from origami_lab.search.neighbourhood.search import NeighbourhoodSearch
 from origami_lab.search.ppo import ProximalPolicyOptimization
-from origami_lab.search.problem import Problem, Searcher
+from origami_lab.search.problem import Problem, SearchEnded, Searcher
 from origami_lab.search.random_search import RandomSearch
 from origami_lab.targets.solids import bowl, cube
 
@@ -82,6 +83,34 @@ def test_a_smaller_budget_finds_what_a_larger_one_finds_first(searcher: Searcher
     early = [improvement for improvement in found[1].improvements if improvement.interaction <= budgets[0]]
     assert list(found[0].improvements) == early
     assert early
+
+
+def test_a_goal_ends_the_search_where_it_is_reached(searcher: Searcher) -> None:
+    whole = cube_problem(3000)
+    searcher.search(whole, np.random.default_rng(5))
+    for goal in (whole.improvements[0].value, whole.improvements[len(whole.improvements) // 2].value):
+        problem = cube_problem(3000, goal=goal)
+        with suppress(SearchEnded):
+            searcher.search(problem, np.random.default_rng(5))
+        reached = next(number for number, step in enumerate(whole.improvements) if step.value >= goal)
+        assert problem.done
+        assert problem.improvements[: reached + 1] == whole.improvements[: reached + 1]
+        assert problem.interactions == whole.improvements[reached].interaction
+
+
+def test_a_search_that_goes_on_counts_and_exceeds_what_was_there(searcher: Searcher) -> None:
+    before = cube_problem(2000)
+    searcher.search(before, np.random.default_rng(5))
+    begun = before.outcome()
+    problem = cube_problem(3500, begun=begun)
+    searcher.search(problem, np.random.default_rng(6))
+    after = problem.outcome()
+    assert after.interactions == 3500
+    assert after.improvements[: len(begun.improvements)] == begun.improvements
+    assert all(step.interaction > 2000 for step in after.improvements[len(begun.improvements) :])
+    values = [step.value for step in after.improvements]
+    assert values == sorted(set(values))
+    assert after.episodes > begun.episodes
 
 
 def test_only_legal_actions_are_played(searcher: Searcher) -> None:

@@ -1,4 +1,4 @@
-"""Which actions are legal (paper, section 3.4): rules 1–4 and the maximum crease length, exactly.
+"""Which actions are legal (paper, section 3.4): rules 1–4 and the limits on creases and panels, exactly.
 
 A leaf v is extended by children a (next to its ``prev`` neighbour), c (middle) and b (next to its ``next``
 neighbour). The new triangles (v, prev, a), (v, a, c), (v, c, b), (v, b, next) must be free of the rest of the sheet, so
@@ -15,8 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.game.kernels.boundary import NEXT, PREV, is_own_image, mirror_between, near_side
-from origami_lab.game.kernels.boundary_sources import boundary_action, count_free_segments, write_free_segments
+from origami_lab.game.kernels.boundary_sources import (
+    boundary_action,
+    count_free_segments,
+    meets_bluntly,
+    source_fits,
+    write_free_segments,
+)
 from origami_lab.game.kernels.corner_choice import write_picks
+from origami_lab.game.kernels.limits import is_blunt_enough, is_long_enough, is_wide_enough
 from origami_lab.game.kernels.state import (
     FIRST,
     ON_BOUNDARY,
@@ -138,7 +145,7 @@ def outer_child_fits(s: Record, r: Record, edges: Edges, n: int, side: int, qx: 
     v = s.selected
     x, y = s.xy[v, 0], s.xy[v, 1]
     dx, dy = qx - x, qy - y
-    if float(dx * dx + dy * dy) > r.max_length_sq:
+    if float(dx * dx + dy * dy) > r.max_length_sq or not is_long_enough(r, dx, dy):
         return False
     px, py = code_x(s, r, s.prev[v]) - x, code_y(s, r, s.prev[v]) - y
     nx, ny = code_x(s, r, s.next[v]) - x, code_y(s, r, s.next[v]) - y
@@ -156,6 +163,8 @@ def outer_child_fits(s: Record, r: Record, edges: Edges, n: int, side: int, qx: 
         return False
     if sine == 0 and not (opposite(cx, cy, dx, dy) and goes_straight_on(s, r, v, side)):
         return False
+    if not is_blunt_enough(r, cx, cy, dx, dy):
+        return False
     # and room is left for the other two creases
     if cross(ox, oy, dx, dy) == 0 and ox * dx + oy * dy > 0:
         return False
@@ -165,7 +174,7 @@ def outer_child_fits(s: Record, r: Record, edges: Edges, n: int, side: int, qx: 
             return False
         if s.phase == SECOND and s.first_x == qx and s.first_y == qy:
             return False
-        return True
+        return meets_bluntly(s, r, neighbour >> 3, NEXT if side == PREV else PREV)
     axis = axis_of(r, qx, qy)
     own = is_own_image(s, r, v, neighbour)
     if axis < 0 or (axis > 0 and axis == s.axis[v]):
@@ -176,7 +185,7 @@ def outer_child_fits(s: Record, r: Record, edges: Edges, n: int, side: int, qx: 
     if cross(wx, wy, dx, dy) == 0:
         # on the boundary segment itself, strictly inside it
         return wx * dx + wy * dy > 0 and dx * dx + dy * dy < wx * wx + wy * wy
-    if not crease_is_free(edges, n, x, y, qx, qy):
+    if not is_wide_enough(r, x, y, mx, my, qx, qy) or not crease_is_free(edges, n, x, y, qx, qy):
         return False
     if side == PREV:
         free = triangle_is_free(edges, n, x, y, mx, my, qx, qy)
@@ -187,6 +196,8 @@ def outer_child_fits(s: Record, r: Record, edges: Edges, n: int, side: int, qx: 
         g = mirror_between(s, r, v, neighbour)
         ix = r.matrices[g, 0] * qx + r.matrices[g, 1] * qy
         iy = r.matrices[g, 2] * qx + r.matrices[g, 3] * qy
+        if not is_wide_enough(r, mx, my, ix, iy, qx, qy):
+            return False
         if side == PREV:
             free = triangle_is_free(edges, n, mx, my, ix, iy, qx, qy)
         else:
@@ -216,9 +227,13 @@ def middle_child_fits(s: Record, r: Record, edges: Edges, n: int, qx: int, qy: i
     x, y = s.xy[v, 0], s.xy[v, 1]
     ax, ay, bx, by = s.first_x - x, s.first_y - y, s.second_x - x, s.second_y - y
     dx, dy = qx - x, qy - y
-    if float(dx * dx + dy * dy) > r.max_length_sq:
+    if float(dx * dx + dy * dy) > r.max_length_sq or not is_long_enough(r, dx, dy):
         return False
     if cross(ax, ay, dx, dy) <= 0 or cross(dx, dy, bx, by) <= 0:
+        return False
+    if not (is_blunt_enough(r, ax, ay, dx, dy) and is_blunt_enough(r, dx, dy, bx, by)):
+        return False
+    if not (is_wide_enough(r, 0, 0, ax, ay, dx, dy) and is_wide_enough(r, 0, 0, dx, dy, bx, by)):
         return False
     if axis_of(r, qx, qy) != s.axis[v]:
         return False
@@ -355,19 +370,6 @@ def location_is_legal(s: Record, r: Record, qx: int, qy: int) -> bool:
     edges = np.empty((s.n_vertices + 2, 4), np.int32)
     n = gather_edges(s, r, s.selected, edges)
     return location_fits(s, r, edges, n, middle, placing_side(s, r), qx, qy)
-
-
-@inlined
-def source_fits(s: Record, r: Record, v: int, side: int) -> bool:
-    """Whether a source may be laid between leaf v and its mirror image on that side."""
-    if side == PREV:
-        return is_own_image(s, r, v, s.prev[v]) and s.axis[v] == 0 and not same_place(s, r, s.last[v], s.prev[v])
-    return is_own_image(s, r, v, s.next[v]) and s.axis[v] == 0 and not same_place(s, r, s.first[v], s.next[v])
-
-
-@inlined
-def same_place(s: Record, r: Record, a: int, b: int) -> bool:
-    return code_x(s, r, a) == code_x(s, r, b) and code_y(s, r, a) == code_y(s, r, b)
 
 
 @kernel

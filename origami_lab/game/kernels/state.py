@@ -115,6 +115,9 @@ def rules_dtype(angles: int = 10) -> np.dtype[np.void]:
             ("start_mirror", np.int32),
             ("end_mirror", np.int32),
             ("max_length_sq", np.float64),
+            ("min_length_sq", np.float64),  # of a crease; 0 for no limit
+            ("min_width_sq", np.float64),  # of the triangles of panels; 0 for no limit
+            ("max_cosine", np.float64),  # of the angle between neighbouring creases of a vertex; above 1 for no limit
             ("sources", np.int32),  # where driven creases may be laid during the game
             ("straight_sectors", np.int32),  # whether sectors may be exactly π
             ("collisions", np.int32),  # whether panels may not cross
