@@ -19,6 +19,7 @@ from origami_lab.config.earlier_versions import as_of_today
 from origami_lab.config.mesh_axis import as_it_was, resolved_up, with_resolved_up
 from origami_lab.config.node import Node, check_format, flatten
 from origami_lab.config.option_files import own_roots, read_options
+from origami_lab.config.part_settings import with_part_settings
 from origami_lab.errors import InputError
 from origami_lab.files import expanded
 from origami_lab.game.rule_settings import KEYS as RULE_KEYS
@@ -73,6 +74,8 @@ class Settings:
     """The whole configuration, resolved, as it is written to config.yaml."""
     trust: Annotated[tuple[str, ...], Packages()] = ()
     """Installed packages whose code a ``_target_`` may name; never in a file."""
+    part_lines: tuple[str, ...] = ()
+    """What is to be said of the part by which settings were chosen, one line each."""
 
 
 def read_settings(config: DictConfig) -> Settings:
@@ -88,7 +91,7 @@ def read_settings(config: DictConfig) -> Settings:
     values = as_of_today(_plain(config))
     check_format(values)
     _check_keys(values)
-    values = _without_secrets(values)
+    values, part_lines = with_part_settings(_without_secrets(values))
     checked = {**values, "game": _rules(values), "config": values}
     checked["seeds_given"] = checked.pop("seed", 0) is not None
     if "seed" in values:
@@ -102,7 +105,9 @@ def read_settings(config: DictConfig) -> Settings:
     target = None if settings.target is None else as_it_was(resolved_up(settings.target))
     objective = {key: value for key, value in settings.objective.items() if key != "target"}
     task = _task(settings.task, settings.target)
-    return replace(settings, task=task, target=target, objective=objective, config=written)
+    return replace(
+        settings, task=task, target=target, objective=objective, config=written, part_lines=part_lines
+    )
 
 
 def _without_secrets(values: dict[str, Any]) -> dict[str, Any]:

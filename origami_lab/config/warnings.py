@@ -25,7 +25,10 @@ def remarks(settings: Settings, parts: Parts) -> Iterator[str]:
     if target is None or target.units_per_cell is None or settings.target is None:
         return
     name = Path(str(settings.target.get("path", target.name))).name
-    yield f"{name}: 1 board cell = {target.units_per_cell:.4g} units of the file"
+    if settings.part_lines:
+        yield from settings.part_lines
+    else:
+        yield f"{name}: 1 board cell = {target.units_per_cell:.4g} units of the file"
     if settings.target.get("up", "") is None and axis_up(name) == "y":
         yield f"{name} stands with its z axis up, as in version 0.1.0, which this run was made by; new runs turn y up"
     symmetry = settings.game.symmetry
