@@ -105,9 +105,7 @@ def read_settings(config: DictConfig) -> Settings:
     target = None if settings.target is None else as_it_was(resolved_up(settings.target))
     objective = {key: value for key, value in settings.objective.items() if key != "target"}
     task = _task(settings.task, settings.target)
-    return replace(
-        settings, task=task, target=target, objective=objective, config=written, part_lines=part_lines
-    )
+    return replace(settings, task=task, target=target, objective=objective, config=written, part_lines=part_lines)
 
 
 def _without_secrets(values: dict[str, Any]) -> dict[str, Any]:

@@ -51,10 +51,10 @@ def _reach(first: BaseSide, second: BaseSide, scale: float) -> float:
     directions = [(side.end - side.start) / side.length for side in (first, second)]
     if rises[0] is None or rises[1] is None or abs(float(directions[0] @ directions[1])) > 1e-6:
         return math.inf
-    (ahead, up), (other_ahead, other_up) = (scale * rise for rise in rises)
+    (ahead, up), (other_ahead, other_up) = scale * rises[0], scale * rises[1]
     if abs(ahead - other_ahead) > 1e-3 or abs(up - other_up) > 1e-3 or abs(first.fold - second.fold) > 1e-3:
         return math.inf
-    return tucked_reach(round(float(ahead), 3), round(float(up), 3), min(first.length, second.length) * scale)
+    return tucked_reach(round(float(ahead), 3), round(float(up), 3), max(first.length, second.length) * scale)
 
 
 def tucked_reach(ahead: float, up: float, most: float) -> float:
@@ -63,7 +63,7 @@ def tucked_reach(ahead: float, up: float, most: float) -> float:
     Parameters
     ----------
     ahead, up
-        Where the walls' common edge ends in the unfolded wall, from the corner: beyond the side's end, and away from it.
+        Where the walls' common edge ends in the unfolded wall: beyond the side's end, and away from the side.
     most
         No reach above this is looked for.
 
@@ -103,14 +103,17 @@ def can_be_tucked(corners: Sequence[Corner], sides: Sequence[BaseSide], scale: f
             continue
         # a mirror exchanges the walls before and after a corner, a turn does not
         if all(
-            image is not None and all(choice[image[i]] == (choice[i] if turns else 1 - choice[i]) for i in range(len(corners)))
+            image is not None
+            and all(choice[image[i]] == (choice[i] if turns else 1 - choice[i]) for i in range(len(corners)))
             for image, turns in images
         ):
             return True
     return False
 
 
-def _images(corners: Sequence[Corner], matrix: np.ndarray[tuple[int, ...], np.dtype[np.int64]]) -> tuple[list[int] | None, bool]:
+def _images(
+    corners: Sequence[Corner], matrix: np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+) -> tuple[list[int] | None, bool]:
     """Which corner each one is mapped to, None if to none, and whether the map is a turn."""
     places = np.array([corner.place for corner in corners]).reshape(-1, 2)
     found = []

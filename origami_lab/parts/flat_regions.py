@@ -63,9 +63,12 @@ def flat_regions(surface: Surface) -> tuple[FlatRegion, ...]:
     vectors = np.zeros((count, 3))
     np.add.at(vectors, labels, surface.area_vectors)
     sizes = np.bincount(labels, surface.areas, count)
-    middles = np.stack(
-        [np.bincount(labels, surface.areas * surface.corners.mean(axis=1)[:, k], count) for k in range(3)], axis=1
-    ) / np.maximum(sizes, 1e-300)[:, None]
+    middles = (
+        np.stack(
+            [np.bincount(labels, surface.areas * surface.corners.mean(axis=1)[:, k], count) for k in range(3)], axis=1
+        )
+        / np.maximum(sizes, 1e-300)[:, None]
+    )
     normals = vectors / np.maximum(np.linalg.norm(vectors, axis=1), 1e-300)[:, None]
     off = np.abs(np.einsum("fjk,fk->fj", surface.corners - middles[labels][:, None], normals[labels])).max(axis=1)
     worst = np.zeros(count)
@@ -80,7 +83,17 @@ def flat_regions(surface: Surface) -> tuple[FlatRegion, ...]:
     found = []
     for k, label in enumerate(kept):
         outlines = [
-            tuple(_side(surface, part, normals[label], sizes[kept], middles[kept], normals[kept]) for part in sides)
+            tuple(
+                _side(
+                    surface,
+                    part,
+                    normals[label],
+                    np.asarray(sizes[kept], dtype=np.float64),
+                    middles[kept],
+                    normals[kept],
+                )
+                for part in sides
+            )
             for sides in (_straight(surface.vertices, loop, tolerance) for loop in loops[k])
             if len(sides) >= 3
         ]
@@ -101,7 +114,9 @@ def _labels(surface: Surface, tolerance: float) -> Indices:
     flat = np.ones(len(pairs), dtype=bool)
     for own, other in ((0, 1), (1, 0)):
         apex = surface.faces[pairs[:, other], (at[:, other] + 2) % 3]
-        height = np.einsum("pk,pk->p", surface.vertices[apex] - surface.corners[pairs[:, own], 0], normals[pairs[:, own]])
+        height = np.einsum(
+            "pk,pk->p", surface.vertices[apex] - surface.corners[pairs[:, own], 0], normals[pairs[:, own]]
+        )
         flat &= is_sliver[pairs[:, own]] | (np.abs(height) <= tolerance)
     turned = np.einsum("pk,pk->p", normals[pairs[:, 0]], normals[pairs[:, 1]]) < 0.0
     flat &= ~turned | is_sliver[pairs].any(axis=1)
@@ -148,9 +163,7 @@ def _loops(
     return loops
 
 
-def _straight(
-    vertices: Array, loop: list[tuple[int, int, int]], tolerance: float
-) -> list[tuple[Array, Array, int]]:
+def _straight(vertices: Array, loop: list[tuple[int, int, int]], tolerance: float) -> list[tuple[Array, Array, int]]:
     """A loop of edges with those in one line and beside one neighbour joined."""
 
     def goes_on(first: tuple[int, int, int], second: tuple[int, int, int]) -> bool:

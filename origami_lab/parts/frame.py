@@ -92,6 +92,7 @@ def _base(surface: Surface, regions: Sequence[FlatRegion], rotation: Array | Non
     if is_flat_faced(surface, regions):
         # of a solid the widest side, from which the walls are shortest
         with_walls = {k: 0.0 if surface.is_closed else _walls(regions, k) for k in allowed}
+        scores: dict[int, tuple[float, ...]]
         scores = {k: (regions[k].area + with_walls[k], regions[k].area) for k in allowed}
         return _largest(scores, surface.area)
     opens = surface.vector_area
@@ -130,7 +131,7 @@ def _rotations(surface: Surface, regions: Sequence[FlatRegion], base: int | None
     for z in (up, -up):
         y = np.cross(z, x)
         for a, b in ((x, y), (y, -x), (-x, -y), (-y, x)):
-                yield _snapped(np.stack([a, b, z]), max(SNAPPED, UNSURE * surface.precision / surface.size))
+            yield _snapped(np.stack([a, b, z]), max(SNAPPED, UNSURE * surface.precision / surface.size))
 
 
 def _snapped(rotation: Array, unsure: float) -> Array:
@@ -157,7 +158,11 @@ def _edges_direction(region: FlatRegion) -> Array:
     lengths = np.array([side.length * (2.0 if side.neighbour >= 0 else 1.0) for side in sides])
     off = np.abs((angles[:, None] - angles[None, :] + math.pi / 4) % (math.pi / 2) - math.pi / 4)
     weights = (lengths[None, :] * (off < 1e-3)).sum(axis=1)
-    best = int(np.nonzero(weights >= weights.max() * (1.0 - SAME))[0][np.argmax(lengths[weights >= weights.max() * (1.0 - SAME)])])
+    best = int(
+        np.nonzero(weights >= weights.max() * (1.0 - SAME))[0][
+            np.argmax(lengths[weights >= weights.max() * (1.0 - SAME)])
+        ]
+    )
     return np.asarray(math.cos(angles[best]) * x + math.sin(angles[best]) * y)
 
 
@@ -175,7 +180,8 @@ def _direction(surface: Surface, z: Array) -> Array:
     corners = (surface.vertices - surface.centroid) @ across.T
     radii = np.hypot(*corners.T)
     far = corners[radii >= radii.max() - max(4.0 * surface.precision, SAME * radii.max())]
-    angles = np.unique(np.round(np.arctan2(far[:, 1], far[:, 0]) % (math.pi / 2), 5))[:MOST_DIRECTIONS]
+    angles = np.sort(np.arctan2(far[:, 1], far[:, 0]) % (math.pi / 2))
+    angles = angles[np.append(True, np.diff(angles) > 1e-4)][:MOST_DIRECTIONS]
     between = 0.5 * (angles + np.roll(angles, -1)) + np.where(np.arange(len(angles)) == len(angles) - 1, math.pi / 4, 0)
     best: tuple[int, Array] = -1, principal
     for angle in [*angles, *between]:

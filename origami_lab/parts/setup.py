@@ -22,6 +22,8 @@ MOST_HALF = 40
 """Cells from the middle of the largest board that is chosen to its edge."""
 LEAST_CELLS = 6
 """Cells across the smallest part that is chosen."""
+FINE_CELLS = 14
+"""Cells across a part that cannot be exact: the finer, the smaller the gaps."""
 CURVED_BOARD = 25
 """Points along the sides of a board for a curved part; as many in all if it is longer than wide."""
 CURVED_SHARE = 0.8
@@ -109,6 +111,7 @@ def lay_out(surface: Surface, regions: Sequence[FlatRegion], frame: Frame, scale
     roomy = [c for c in fitting if _has_room(c)]
     for some in (
         [c for c in roomy if c.is_exact and c.are_tucked],
+        [c for c in roomy if c.is_exact and _across(c) >= FINE_CELLS],
         [c for c in roomy if c.is_exact],
         [c for c in fitting if c.is_exact],
         roomy,
@@ -120,7 +123,13 @@ def lay_out(surface: Surface, regions: Sequence[FlatRegion], frame: Frame, scale
 
 
 def _choice(
-    surface: Surface, unfolding: Unfolding, driven: tuple[bool, ...], fold: float, group: Group, one: Lattice, exact: bool
+    surface: Surface,
+    unfolding: Unfolding,
+    driven: tuple[bool, ...],
+    fold: float,
+    group: Group,
+    one: Lattice,
+    exact: bool,
 ) -> Layout:
     corners = tuple(corners_between(unfolding.sides, driven, one.scale))
     tucked = surface.is_closed or can_be_tucked(corners, unfolding.sides, one.scale, GROUPS[group])
@@ -154,9 +163,7 @@ def _halves(layout: Layout) -> tuple[int, int]:
 def _has_room(layout: Layout) -> bool:
     """Whether the part is large enough to be played: sides with room for the start pattern, and walls."""
     scale, sides = layout.lattice.scale, layout.unfolding.sides
-    longest = max(side.length for side in sides) * scale
-    flat = layout.unfolding.all_corners * scale
-    if longest < 2.0 or float(np.ptp(flat, axis=0).max()) < LEAST_CELLS:
+    if max(side.length for side in sides) * scale < 2.0 or _across(layout) < LEAST_CELLS:
         return False
     for k, side in enumerate(sides):
         if layout.driven[k]:
@@ -164,6 +171,11 @@ def _has_room(layout: Layout) -> bool:
             if side.length * scale < 1.0 + free - 1e-3:
                 return False
     return True
+
+
+def _across(layout: Layout) -> float:
+    """The longer side of the unfolded part, cells."""
+    return float(np.ptp(layout.unfolding.all_corners, axis=0).max()) * layout.lattice.scale
 
 
 def _driven(sides: Sequence[BaseSide]) -> tuple[tuple[bool, ...], float]:
@@ -180,10 +192,13 @@ def _driven(sides: Sequence[BaseSide]) -> tuple[tuple[bool, ...], float]:
 
 
 def _below(symmetry: Group) -> tuple[Group, ...]:
-    """The groups to choose from: the part's own, and those within it. Diagonals would tuck paper to both walls alike."""
-    return {"xyd": ("xy", "y", "x", "none"), "xy": ("xy", "y", "x", "none"), "y": ("y", "none"), "x": ("x", "none")}.get(
-        symmetry, ("none",)
-    )
+    """The groups to choose from: the part's own, and those within it; diagonals would tuck paper to both walls."""
+    return {
+        "xyd": ("xy", "y", "x", "none"),
+        "xy": ("xy", "y", "x", "none"),
+        "y": ("y", "none"),
+        "x": ("x", "none"),
+    }.get(symmetry, ("none",))
 
 
 def _mirrored(group: Group) -> tuple[bool, bool]:
@@ -245,8 +260,13 @@ def _crease(layout: Layout, side: BaseSide) -> dict[str, Any]:
     start, end = _start_points(alone)
     ends = sorted([[int(t) for t in start], [int(t) for t in end]])
     forward = bool((start <= end).all()) if start[0] == end[0] else bool(start[0] < end[0])
-    # the base is on the left from start to end, and the left of the way from the first end to the second is its upper side
-    return {"_target_": "origami_lab.game.Crease", "position": 0, "ends": ends, "stays": "upper" if forward else "lower"}
+    # the base is on the left from start to end; the left of the way from the first end to the second is above
+    return {
+        "_target_": "origami_lab.game.Crease",
+        "position": 0,
+        "ends": ends,
+        "stays": "upper" if forward else "lower",
+    }
 
 
 def _sign_after(layout: Layout, points: Array, k: int) -> int:

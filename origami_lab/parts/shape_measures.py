@@ -73,7 +73,11 @@ def covered_share(surface: Surface, frame: Frame) -> float:
         offset = point[:2] - corner
         u, v = _cross(offset, other) / twice, _cross(side, offset) / twice
         hit = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0)
-        z = heights[hit, 0] + u[hit] * (heights[hit, 1] - heights[hit, 0]) + v[hit] * (heights[hit, 2] - heights[hit, 0])
+        z = (
+            heights[hit, 0]
+            + u[hit] * (heights[hit, 1] - heights[hit, 0])
+            + v[hit] * (heights[hit, 2] - heights[hit, 0])
+        )
         covered += bool((z > point[2] + 1e-3 * surface.size).any())
     return covered / count
 

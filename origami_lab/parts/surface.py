@@ -24,7 +24,10 @@ Indices = NDArray[np.int64]
 
 LEAST_PRECISION = 1e-9
 """Of its size, to which a part is ever known."""
-THIRD_DEGREE = ((-9 / 16, (1 / 3, 1 / 3, 1 / 3)), *((25 / 48, w) for w in ((0.6, 0.2, 0.2), (0.2, 0.6, 0.2), (0.2, 0.2, 0.6))))
+THIRD_DEGREE = (
+    (-9 / 16, (1 / 3, 1 / 3, 1 / 3)),
+    *((25 / 48, w) for w in ((0.6, 0.2, 0.2), (0.2, 0.6, 0.2), (0.2, 0.2, 0.6))),
+)
 """Weights and places in a triangle that integrate polynomials up to the third degree."""
 
 
@@ -92,7 +95,9 @@ class Surface:
     @cached_property
     def _edges(self) -> tuple[Indices, Indices, Indices]:
         """The distinct edges (E, 2), the edge of each (3F,) side of a face, and how many faces have each (E,)."""
-        edges, owner, counts = np.unique(np.sort(sides_of(self.faces), axis=1), axis=0, return_inverse=True, return_counts=True)
+        edges, owner, counts = np.unique(
+            np.sort(sides_of(self.faces), axis=1), axis=0, return_inverse=True, return_counts=True
+        )
         return edges, owner.reshape(-1), counts
 
     @cached_property
@@ -103,7 +108,7 @@ class Surface:
     @cached_property
     def bodies(self) -> int:
         """Pieces that do not share an edge."""
-        edges, owner, _ = self._edges
+        owner = self._edges[1]
         face = np.tile(np.arange(len(self.faces)), 3)
         order = np.argsort(owner, kind="stable")
         same = owner[order][1:] == owner[order][:-1]

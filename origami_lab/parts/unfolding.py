@@ -43,6 +43,8 @@ class Unfolding:
     """(n, 2) corners of the base and of its own walls, units of the file."""
     further: Array
     """(m, 2) corners of what hangs on the walls."""
+    outlines: tuple[Array, ...]
+    """(k, 2) the outer outline of each region."""
 
     @property
     def all_corners(self) -> Array:
@@ -71,7 +73,8 @@ def unfold(regions: Sequence[FlatRegion], frame: Frame) -> Unfolding:
     sides = tuple(_base_side(side, regions, maps, frame, is_up) for side in base.outline)
     if not is_up:
         sides = sides[::-1]
-    return Unfolding(sides, np.concatenate(near), np.concatenate(far) if far else np.empty((0, 2)))
+    outlines = tuple(maps[k].flat(frame.placed(np.array([side.start for side in regions[k].outline]))) for k in maps)
+    return Unfolding(sides, np.concatenate(near), np.concatenate(far) if far else np.empty((0, 2)), outlines)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,9 +111,7 @@ def _flat_corners(region: FlatRegion, to_flat: _Map, frame: Frame) -> Array:
     return to_flat.flat(frame.placed(points))
 
 
-def _base_side(
-    side: Side, regions: Sequence[FlatRegion], maps: dict[int, _Map], frame: Frame, is_up: bool
-) -> BaseSide:
+def _base_side(side: Side, regions: Sequence[FlatRegion], maps: dict[int, _Map], frame: Frame, is_up: bool) -> BaseSide:
     start, end = frame.placed(np.stack([side.start, side.end]))
     rises: list[Array | None] = [None, None]
     if side.neighbour >= 0:

@@ -6,7 +6,7 @@ import shlex
 from collections.abc import Iterator
 from typing import Any
 
-from origami_lab.parts.analysis import MILLIMETRES, PartAnalysis
+from origami_lab.parts.analysis import PartAnalysis
 
 COVERED, FULL, TIGHT = 0.05, 0.6, 0.1
 """Parts of an area from which a warning is worth it: under something else, of the largest sheet, bent too tightly."""
@@ -72,13 +72,11 @@ def warnings(part: PartAnalysis) -> Iterator[str]:
     if not part.frame.on_surface:
         yield "it has no surface in its middle, where the sheet begins: the sheet's first panel will be too much"
     if part.covered > COVERED:
+        yield (f"{100 * part.covered:.0f} % of it lies under another part of it; a sheet is rarely tucked in there")
+    if layout is None and part.area_cells > FULL * part.board_cells:
         yield (
-            f"{100 * part.covered:.0f} % of it lies under another part of it; a sheet is rarely tucked in there"
-        )
-    if part.area_cells > FULL * part.board_cells:
-        yield (
-            f"its area is {part.area_cells:.0f} square cells of the board's {part.board_cells}: a sheet of that size may"
-            " not reach all of it"
+            f"its area is {part.area_cells:.0f} square cells of the board's {part.board_cells}: a sheet of that size"
+            " may not reach all of it"
         )
     if layout is not None:
         if not layout.is_exact:
@@ -102,8 +100,8 @@ def warnings(part: PartAnalysis) -> Iterator[str]:
         crease = setup.max_crease_length
         if crease is not None and (share := part.curvature.share_tighter_than(crease / setup.scale)) > 2 * TIGHT:
             yield (
-                f"{100 * share:.0f} % of it bends more tightly than creases of {crease:g} cells can follow; shorter ones"
-                " (max_crease_length=2) or a larger board may"
+                f"{100 * share:.0f} % of it bends more tightly than creases of {crease:g} cells can follow; shorter"
+                " ones (max_crease_length=2) or a larger board may"
             )
 
 
@@ -124,7 +122,10 @@ def facts(part: PartAnalysis) -> list[tuple[str, str]]:
         ("symmetry", f"{GROUP_WORDS[part.frame.symmetry]}; played with symmetry={setup.symmetry}"),
         ("lies", lies(part)),
         ("scale", f"a board cell is {cell:.4g} mm; the part {_cells(part)} cells"),
-        ("board", f"{setup.board[0]} × {setup.board[1]} points; the part's area is {100 * share:.0f} % of the largest sheet"),
+        (
+            "board",
+            f"{setup.board[0]} × {setup.board[1]} points; the part's area is {100 * share:.0f} % of the largest sheet",
+        ),
         ("start", start_words(part)),
         ("angles", f"{setup.driving_angle_count} driving angles up to {setup.driving_angle_max:.6g}°"),
         ("creases", "of any length" if longest is None else f"up to {longest:g} cells, {longest * cell:.3g} mm"),
