@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import yaml  # type: ignore[import-untyped]
 
+from origami_lab.config.earlier_versions import as_of_today
 from origami_lab.config.mesh_axis import is_mesh, resolved_up, with_target
 from origami_lab.config.node import Node
 from origami_lab.errors import InputError
@@ -86,7 +87,8 @@ def _chosen(values: Node, wanted: list[str]) -> tuple[dict[str, Any], tuple[str,
         **given,
     )
     chosen = settings_of(part)
-    if "board.size" not in wanted or "board.width" not in wanted or "board.height" not in wanted:
+    some_given = "board.size" not in wanted or "board.width" not in wanted or "board.height" not in wanted
+    if some_given or _get(values, "symmetry.name") == "xyd":  # whose board is as wide as high
         chosen |= {"board.width": None, "board.height": None, "board.size": max(part.setup.board)}
     start = chosen["start"]
     if not {"start.size", "start.position"} <= set(wanted):  # another pattern, or a size or a place of a square
@@ -156,7 +158,7 @@ def _begun(values: Node) -> dict[str, Any] | None:
         found = yaml.safe_load(file.read_text(encoding="utf-8"))
     except (OSError, ValueError, yaml.YAMLError):
         return None
-    return found if isinstance(found, dict) and is_mesh(found.get("target")) else None
+    return as_of_today(found) if isinstance(found, dict) and is_mesh(found.get("target")) else None
 
 
 def _get(values: Node, key: str) -> Any:

@@ -14,6 +14,8 @@ from origami_lab.parts.surface import Array, Surface
 PLUMB_LINES = 1000
 MOST_TESTS = 20_000_000
 """Pairs of a line and a triangle, at most."""
+BESIDE = 1e-6
+"""Of a triangle: what meets it so near to its sides is beside it."""
 SHARP = np.radians(40.0)
 """Radians: neighbours that meet at more are an edge, not a bend."""
 
@@ -72,7 +74,7 @@ def covered_share(surface: Surface, frame: Frame) -> float:
     for point in points:
         offset = point[:2] - corner
         u, v = _cross(offset, other) / twice, _cross(side, offset) / twice
-        hit = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0)
+        hit = (u > BESIDE) & (v > BESIDE) & (u + v < 1.0 - BESIDE)  # a wall does not lie under what begins at its top
         z = (
             heights[hit, 0]
             + u[hit] * (heights[hit, 1] - heights[hit, 0])
