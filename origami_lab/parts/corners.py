@@ -3,35 +3,32 @@
 At such a corner of the start panel both walls' outer creases would come to lie on one line in space, and the paper
 between them would stand out from the part. So one wall's outer crease is moved in by an angle, and the paper is folded
 behind that wall: flat, when the walls are up. For the pattern to be exact, the ends of all its creases must be board
-points (docs/from-a-part.md draws it). Here is found whether there are such points.
+points. Here is found how far such paper reaches, as the board must have room for it. It is not the only way: searches
+find others, of more creases, where no single fold has its places on the board.
 """
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
-from origami_lab.geometry.groups import SymmetryGroup
 from origami_lab.parts.unfolding import BaseSide
 
 RIGHT = 1e-6
 """Of a cell, within which a point is a board point here."""
-MOST_CORNERS = 10
 
 
 @dataclass(frozen=True)
 class Corner:
-    """A corner of the base between two walls, the second of which begins where the first one ends."""
+    """A corner of the base between two walls."""
 
-    sides: tuple[int, int]
     place: tuple[float, float]
     """Its place on the board."""
     reach: float
-    """Cells along either wall that the tucked paper covers; infinite if it has no such place on the board."""
+    """Cells along either wall that the tucked paper covers; infinite if no board points allow it."""
+    height: float
+    """Cells that the walls are wide, unfolded; 0 where they do not begin at the corner."""
 
 
 def corners_between(sides: Sequence[BaseSide], driven: Sequence[bool], scale: float) -> list[Corner]:
@@ -41,7 +38,9 @@ def corners_between(sides: Sequence[BaseSide], driven: Sequence[bool], scale: fl
         first = (second - 1) % len(sides)
         if driven[first] and driven[second]:
             x, y = (float(t) for t in scale * sides[second].start)
-            found.append(Corner((first, second), (x, y), _reach(sides[first], sides[second], scale)))
+            rises = (sides[first].rises[1], sides[second].rises[0])
+            height = max(float(scale * rise[1]) if rise is not None else 0.0 for rise in rises)
+            found.append(Corner((x, y), _reach(sides[first], sides[second], scale), height))
     return found
 
 
@@ -87,39 +86,3 @@ def tucked_reach(ahead: float, up: float, most: float) -> float:
         if all(abs(t - round(t)) <= RIGHT for t in tip):
             return reach
     return math.inf
-
-
-def can_be_tucked(corners: Sequence[Corner], sides: Sequence[BaseSide], scale: float, group: SymmetryGroup) -> bool:
-    """Whether every corner's paper finds a wall, none twice at one place, and alike under a symmetry group."""
-    if len(corners) > MOST_CORNERS or any(math.isinf(corner.reach) for corner in corners):
-        return False
-    lengths = [scale * side.length for side in sides]
-    images = [_images(corners, matrix) for matrix in group.matrices]
-    for choice in itertools.product((0, 1), repeat=len(corners)):
-        loads = [0.0] * len(sides)
-        for corner, which in zip(corners, choice, strict=True):
-            loads[corner.sides[which]] += corner.reach
-        if any(load > length + RIGHT for load, length in zip(loads, lengths, strict=True)):
-            continue
-        # a mirror exchanges the walls before and after a corner, a turn does not
-        if all(
-            image is not None
-            and all(choice[image[i]] == (choice[i] if turns else 1 - choice[i]) for i in range(len(corners)))
-            for image, turns in images
-        ):
-            return True
-    return False
-
-
-def _images(
-    corners: Sequence[Corner], matrix: np.ndarray[tuple[int, ...], np.dtype[np.int64]]
-) -> tuple[list[int] | None, bool]:
-    """Which corner each one is mapped to, None if to none, and whether the map is a turn."""
-    places = np.array([corner.place for corner in corners]).reshape(-1, 2)
-    found = []
-    for place in places @ matrix.T:
-        off = np.abs(places - place).max(axis=1)
-        if off.min() > 1e-3:
-            return None, True
-        found.append(int(np.argmin(off)))
-    return found, bool(np.linalg.det(matrix) > 0.0)

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from origami_lab.geometry.groups import GROUPS
-from origami_lab.parts.corners import Corner, can_be_tucked, corners_between
+from origami_lab.parts.corners import Corner, corners_between
 from origami_lab.parts.flat_regions import FlatRegion
 from origami_lab.parts.frame import Frame, is_flat_faced
 from origami_lab.parts.lattice import Lattice, lattices
@@ -22,8 +21,11 @@ MOST_HALF = 40
 """Cells from the middle of the largest board that is chosen to its edge."""
 LEAST_CELLS = 6
 """Cells across the smallest part that is chosen."""
-FINE_CELLS = 14
-"""Cells across a part that cannot be exact: the finer, the smaller the gaps."""
+LEAST_WALL = 2.0
+"""Cells that walls which meet are wide, unfolded: there is no room for tucked paper behind narrower ones."""
+FAR, ROOM = 3.0, 2.0
+"""Paper that is tucked away at a corner may reach so many times the walls' width; if it cannot, the board has so many
+of these widths of room beyond the corner."""
 CURVED_BOARD = 25
 """Points along the sides of a board for a curved part; as many in all if it is longer than wide."""
 CURVED_SHARE = 0.8
@@ -75,8 +77,6 @@ class Layout:
     """Whether all corners of the base and its walls lie on board points."""
     corners: tuple[Corner, ...]
     """Where two driven walls meet."""
-    are_tucked: bool
-    """Whether the paper at all of them has an exact place."""
     symmetry: Group
     shift: Array
     """(2,) cells by which the part is moved from its middle on the board."""
@@ -104,14 +104,12 @@ def lay_out(surface: Surface, regions: Sequence[FlatRegion], frame: Frame, scale
             _choice(surface, unfolding, driven, fold, group, one, is_exact)
             for one, is_exact in [*((one, True) for one in exact), (near, False)]
         ]
-    # small boards first, and on each the most symmetry; the first that can be exact, else is on board points, else fits
+    # small boards first, and on each the most symmetry; the first on board points, else the first that fits
     order = {name: rank for rank, name in enumerate(("xy", "y", "x", "none"))}
     choices.sort(key=lambda c: (_half(c), order[c.symmetry]))
     fitting = [c for c in choices if _half(c) <= MOST_HALF] or choices[:1]
     roomy = [c for c in fitting if _has_room(c)]
     for some in (
-        [c for c in roomy if c.is_exact and c.are_tucked],
-        [c for c in roomy if c.is_exact and _across(c) >= FINE_CELLS],
         [c for c in roomy if c.is_exact],
         [c for c in fitting if c.is_exact],
         roomy,
@@ -132,13 +130,12 @@ def _choice(
     exact: bool,
 ) -> Layout:
     corners = tuple(corners_between(unfolding.sides, driven, one.scale))
-    tucked = surface.is_closed or can_be_tucked(corners, unfolding.sides, one.scale, GROUPS[group])
     mirrored = _mirrored(group)
     flat = unfolding.all_corners * one.scale
     middle = 0.5 * (flat.min(axis=0) + flat.max(axis=0))
     first = flat[0]
     shift = np.where(mirrored, 0.0, np.rint(first - middle) - first)
-    return Layout(unfolding, driven, fold, one, exact, corners, tucked, group, shift)
+    return Layout(unfolding, driven, fold, one, exact, corners, group, shift)
 
 
 def _half(layout: Layout) -> int:
@@ -150,10 +147,10 @@ def _halves(layout: Layout) -> tuple[int, int]:
     """Half the sides of the board: room for the unfolded part and for what is tucked away at its corners."""
     flat = layout.unfolding.all_corners * layout.lattice.scale + layout.shift
     extent = np.abs(flat).max(axis=0)
-    if not (layout.is_exact and layout.are_tucked):
+    if not layout.is_exact:
         extent = extent + 1.0
     for corner in layout.corners:
-        reach = corner.reach if math.isfinite(corner.reach) else 0.0
+        reach = corner.reach if corner.reach <= FAR * corner.height else ROOM * corner.height
         extent = np.maximum(extent, np.abs(np.array(corner.place) + layout.shift) + reach)
     start = np.abs(_start_points(layout)).max(axis=0) + 1
     wide, high = (max(2, math.ceil(float(t) - 1e-3)) for t in np.maximum(extent, start))
@@ -164,6 +161,8 @@ def _has_room(layout: Layout) -> bool:
     """Whether the part is large enough to be played: sides with room for the start pattern, and walls."""
     scale, sides = layout.lattice.scale, layout.unfolding.sides
     if max(side.length for side in sides) * scale < 2.0 or _across(layout) < LEAST_CELLS:
+        return False
+    if any(corner.height < LEAST_WALL - 1e-3 for corner in layout.corners if corner.height > 0.0):
         return False
     for k, side in enumerate(sides):
         if layout.driven[k]:
@@ -255,7 +254,7 @@ def _crease(layout: Layout, side: BaseSide) -> dict[str, Any]:
     alone = Layout(
         layout.unfolding,
         tuple(other is side for other in layout.unfolding.sides),
-        *(layout.fold, layout.lattice, layout.is_exact, (), True, layout.symmetry, layout.shift),
+        *(layout.fold, layout.lattice, layout.is_exact, (), layout.symmetry, layout.shift),
     )
     start, end = _start_points(alone)
     ends = sorted([[int(t) for t in start], [int(t) for t in end]])

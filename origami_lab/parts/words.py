@@ -82,8 +82,6 @@ def warnings(part: PartAnalysis) -> Iterator[str]:
         if not layout.is_exact:
             off = layout.lattice.off / setup.scale
             yield f"its corners are up to {off:.3g} units from board points, so it cannot be met more exactly than that"
-        if not layout.are_tucked:
-            yield "where two walls meet, paper is left over that no board points tuck away exactly: expect a gap there"
         others = {
             round(abs(side.fold), 2)
             for side, is_driven in zip(layout.unfolding.sides, layout.driven, strict=True)

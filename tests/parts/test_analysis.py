@@ -142,13 +142,6 @@ def test_a_square_box_is_not_mirrored_in_its_diagonals(tmp_path: Path) -> None:
     assert part.setup.symmetry == "xy"
 
 
-def test_a_cup_has_no_wall_for_the_paper_at_its_corners(tmp_path: Path) -> None:
-    part = analysed(tmp_path, shapes._box(10, 10, 60))
-    assert part.layout is not None
-    assert not part.layout.are_tucked
-    assert any("where two walls meet" in line for line in warnings(part))
-
-
 def test_warnings_are_true(parts: dict[str, PartAnalysis]) -> None:
     said = {name: " ".join(warnings(part)) for name, part in parts.items()}
     assert "closed solid" in said["closed_box"]
