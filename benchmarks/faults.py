@@ -153,7 +153,7 @@ def _interrupt(place: Path, report: Report, folder: str, name: str, signals: Seq
     problems = problems_of(run, place / folder) + expect("the exit code", code, 130)
     problems += expect("leaving at once", at_once, twice)
     rows = trials(place / folder)
-    problems += expect("trials", [row.status for row in rows], [] if twice else ["stopped"] * 2)
+    problems += expect("trials", [row["status"] for row in rows], [] if twice else ["stopped"] * 2)
     problems += expect("RUNNING in MLflow", "RUNNING" in mlflow, False)
     summary = (place / folder / "summary.json").exists()
     problems += expect("summary.json", summary, True)
@@ -214,7 +214,7 @@ def _bad_objective(place: Path, report: Report, folder: str, how: str, where: st
     code, seconds = run.wait(), time.monotonic() - run.began
     rows = trials(place / folder)
     problems = problems_of(run, place / folder) + expect("the exit code", code, 1)
-    found = [str(row.status) for row in rows]
+    found = [str(row["status"]) for row in rows]
     problems += expect("statuses", [status.partition(":")[0] for status in found], ["failed", "ok"])
     first, second = (*found, "", "")[:2]
     report.row([how, where, code, f"{seconds:.0f}", first, second], problems)
@@ -236,7 +236,7 @@ def searchers(place: Path, report: Report) -> None:
         code = run.wait()
         rows = trials(place / folder)
         problems = problems_of(run, place / folder) + expect("the exit code", code, wanted)
-        report.row([name, code, [row.interactions for row in rows], statuses(place / folder)], problems)
+        report.row([name, code, [row["interactions"] for row in rows], statuses(place / folder)], problems)
 
 
 SECTIONS: dict[str, Callable[[Path, Report], None]] = {

@@ -232,8 +232,8 @@ def _mutated(rng: random.Random, data: bytes) -> bytes:
         return data[::-1]
     # the first ones are the counts
     found = rng.choice(numbers[:8] if what == 5 else numbers)
-    extreme = (b"nan", b"inf", b"1e308", b"-1", b"0", b"999999999", b"99999999999999999999", b"1e-300", b"x", b"")
-    return data[: found.start()] + rng.choice(extreme) + data[found.end() :]
+    extreme_texts = (b"nan", b"inf", b"1e308", b"-1", b"0", b"999999999", b"99999999999999999999", b"1e-300", b"x", b"")
+    return data[: found.start()] + rng.choice(extreme_texts) + data[found.end() :]
 
 
 # --- how it is run ---------------------------------------------------------------------------------------------------
@@ -254,8 +254,8 @@ def run_inside(arguments: Sequence[str]) -> Case:
         raise Late
 
     out, err = io.StringIO(), io.StringIO()
-    runner.TrialPool = _NoPool  # type: ignore[misc, assignment]
-    runner.make_tracker = lambda settings, *rest: make_tracker(replace(settings, tracking=Tracking("none")), *rest)
+    untracked = lambda settings, *rest: make_tracker(replace(settings, tracking=Tracking("none")), *rest)  # noqa: E731
+    vars(runner).update(TrialPool=_NoPool, make_tracker=untracked)
     before = signal.signal(signal.SIGALRM, late)
     signal.alarm(SECONDS)
     began = time.perf_counter()

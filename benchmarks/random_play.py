@@ -174,7 +174,7 @@ def replay_flipped(states: States, i: int, source: States, j: int, rules: States
             return k
         play_action(s, r, action)
     settle(s, r, legal)
-    return t.n_actions
+    return int(t.n_actions)
 
 
 _DIAMOND = ((2, 0), (0, 2), (-2, 0), (0, -2))
@@ -236,7 +236,8 @@ def configurations(growing: bool) -> Iterator[Configuration]:
         for symmetry in symmetries:
             # a board that is wider than high has no diagonal symmetry
             sides: list[tuple[int, int]] = [] if symmetry == "xyd" else [(13, 9), (7, 21)]
-            for board in (9, 13, 25, *sides):
+            boards: list[int | tuple[int, int]] = [9, 13, 25, *sides]
+            for board in boards:
                 for length in (None, 2.9):
                     yield Configuration(symmetry, start, board, length, growing)
                     if start in ("square", "any-crease", "bare-panel"):

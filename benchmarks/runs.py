@@ -121,7 +121,7 @@ def statuses(folder: Path) -> str:
     """The status of each trial in the table, in short."""
     rows = trials(folder)
     empty = "no rows" if (folder / "trials.csv").exists() else "no file"
-    return ", ".join(f"{row.seed}: {row.status.partition(':')[0]}" for row in rows) or empty
+    return ", ".join(f"{row['seed']}: {str(row['status']).partition(':')[0]}" for row in rows) or empty
 
 
 def finished(folder: Path) -> dict[int, int]:

@@ -116,7 +116,9 @@ def play(checkout: Path) -> None:
     for name, overrides in json.loads(sys.stdin.read()):
         try:
             result = origami_lab.run(overrides)
-            cell = digest(result.trials.loc[SEED].to_dict(), result.folder / f"seed={SEED}")
+            cell = digest(
+                {str(name): value for name, value in result.trials.loc[SEED].items()}, result.folder / f"seed={SEED}"
+            )
         except origami_lab.InputError as error:
             cell = {"refused": str(error)}
         except Exception as error:

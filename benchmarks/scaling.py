@@ -76,8 +76,8 @@ def experiment(place: Path, name: str, trials: int, budget: int, *arguments: str
     spent = spend(command, place)
     rows = read_trials(place / name / "trials.csv")
     assert [row.status for row in rows] == ["ok"] * trials, rows
-    interactions = sum(row.interactions for row in rows)
-    return Spent(spent.wall, spent.processor, interactions, sum(row.seconds for row in rows))
+    interactions = sum(row.interactions or 0 for row in rows)
+    return Spent(spent.wall, spent.processor, interactions, sum(row.seconds or 0.0 for row in rows))
 
 
 def push(place: Path, name: str) -> Spent:

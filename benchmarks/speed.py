@@ -134,8 +134,9 @@ def shares(interactions: int) -> list[str]:
                 evaluator.clear(memos, 0)
                 evaluator.score(states, memos, 0)
 
-    for warm in (lambda: replay(free), with_masks, with_objective):
-        warm()
+    replay(free)
+    with_masks()
+    with_objective()
     bare, full = best_of(lambda: replay(free)), best_of(lambda: replay(game.rules.record))
     masks, objective = best_of(with_masks), best_of(with_objective)
     parts = {

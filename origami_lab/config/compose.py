@@ -6,6 +6,7 @@ Hydra keeps what it does in global objects. Here its loader is used by itself, a
 
 from __future__ import annotations
 
+import re
 import sys
 import threading
 from collections.abc import Iterator, Sequence
@@ -125,17 +126,37 @@ def working_directory_importable() -> Iterator[None]:
 def hydra_words(overrides: Sequence[str]) -> list[str]:
     """Overrides as Hydra reads them.
 
-    Values may hold an equals sign, as in start.path=run/seed=3. The group of overlays has a default, so that
-    experiment=NAME selects one, but +experiment=NAME is what Hydra's users type.
+    Values may hold an equals sign, as in start.path=run/seed=3, and letters and signs of any other kind that names of
+    files have, as in target.path=José/part(1).stl. The group of overlays has a default, so that experiment=NAME selects
+    one, but +experiment=NAME is what Hydra's users type.
+
+    Raises
+    ------
+    InputError
+        If a value has characters that the terminal's encoding has no letters for.
     """
     found = []
     for override in overrides:
         key, equals, value = override.partition("=")
-        if "=" in value and not any(character in value for character in "\"'\\[]{}()$,"):
-            value = value.replace("=", "\\=")
+        if any("\ud800" <= character <= "\udfff" for character in value):
+            expected = f"is no text in this terminal's encoding ({sys.getfilesystemencoding()}); set LC_ALL=C.UTF-8"
+            raise InputError(key, value, expected)
+        if not any(character in value for character in "\"'\\[]{}$") and not _FUNCTION.match(value):
+            value = ",".join(_bare(piece) for piece in value.split(","))
         key = "experiment" if key == "+experiment" else key
         found.append(key + equals + value)
     return found
+
+
+_FUNCTION = re.compile(r"\s*\w+\(.*\)\s*", re.DOTALL)
+"""A function of Hydra's, such as range(1,5)."""
+_BARE = re.compile(r"[\w/\-+.%*@?|:=\s]*", re.ASCII)
+"""What Hydra reads without quotes."""
+
+
+def _bare(text: str) -> str:
+    """A text without quotes as Hydra's grammar wants it."""
+    return text.replace("=", "\\=") if _BARE.fullmatch(text) else f"'{text}'"
 
 
 def without_hydra(config: DictConfig) -> DictConfig:

@@ -22,7 +22,7 @@ from origami_lab.text import first_line, nearest
 
 _NOT_A_KEY = re.compile(r"Could not (?:override|delete)[^']* '([^']+)'")
 _TWICE = re.compile(r"Multiple values for (\S+?)\.")
-_AMBIGUOUS = re.compile(r"Ambiguous value for argument '([^=']+)=([^']*)'")
+_AMBIGUOUS = re.compile(r"Ambiguous value for argument '([^=']+)=(.*)'")
 _MERGED = re.compile(r"Error merging override (.*)")
 _MESH_FILE = re.compile(r".*\.(stl|obj|ply|off|glb|gltf)", re.IGNORECASE)
 

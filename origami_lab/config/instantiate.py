@@ -14,7 +14,6 @@ from origami_lab.config.dotted_path import describe, locate
 from origami_lab.config.node import Node
 from origami_lab.config.settings import Settings
 from origami_lab.errors import InputError
-from origami_lab.targets.target import Target
 
 if TYPE_CHECKING:
     from origami_lab.game.game import Game
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Parts:
-    """The parts of a trial, fresh for each, so that no trial can depend on another."""
+    """The parts of a trial; what can change is fresh for each, so that no trial can depend on another."""
 
     game: Game
     target: Target | None
@@ -37,9 +36,22 @@ class Parts:
 
         return saved_start(settings.start, self.game) if self.game.start_moves else None
 
+    @property
+    def lasting(self) -> dict[str, Any]:
+        """The target and the objective, with the samples and trees that they made, if other trials may have them:
+        ours never change.
+        """
+        ours = type(self.objective).__module__.startswith("origami_lab.")
+        return {"target": self.target, "objective": self.objective} if ours else {}
 
-def build_parts(settings: Settings) -> Parts:
+
+def build_parts(settings: Settings, earlier: Parts | None = None) -> Parts:
     """Make everything that the settings name, then check it.
+
+    Parameters
+    ----------
+    earlier
+        Parts that were made from the same settings: what lasts is taken from them.
 
     Raises
     ------
@@ -48,7 +60,9 @@ def build_parts(settings: Settings) -> Parts:
         wants; whatever is raised on the way is said in one line with its file and line.
     """
     game = build_game(settings)
-    made = _make_all(settings, "target", "objective", "search")
+    lasting = earlier.lasting if earlier else {}
+    fields = [field for field in ("target", "objective", "search") if field not in lasting]
+    made = lasting | _make_all(settings, *fields)
     _let_refuse(settings.search["_target_"], made["search"], game)
     if settings.polish:
         _check_polish(settings.polish, made["objective"])
@@ -160,6 +174,8 @@ def _refused_arguments(call: Any, arguments: Node) -> str | None:
 
 def _check_target(name: str, target: Any) -> None:
     """Raise InputError unless it is a target whose arrays describe a surface."""
+    from origami_lab.targets.target import Target  # here: it brings kernels
+
     if not isinstance(target, Target):
         raise InputError("target", name, f"returned {_kind(target)}; must return a Target of origami_lab.targets")
     vertices, faces = target.vertices, target.faces

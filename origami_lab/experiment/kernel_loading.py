@@ -20,18 +20,24 @@ FEW, SOME = 200, 2000
 """Interactions that load what a search needs, and that find a first design, too."""
 
 
-def load_kernels(settings: Settings) -> None:
-    """Play a few interactions whose result nobody sees. What a user's own parts do is left to the trials."""
+def load_kernels(settings: Settings, earlier: Parts) -> None:
+    """Play a few interactions whose result nobody sees. What a user's own parts do is left to the trials.
+
+    Parameters
+    ----------
+    earlier
+        Parts made from the same settings: none of them is played with, but what lasts is used.
+    """
     from origami_lab.search.problem import Problem, SearchEnded
 
-    parts = build_parts(settings)
+    parts = build_parts(settings, earlier)
     problem = Problem(parts.game, parts.objective, min(settings.budget, FEW), certify=settings.certify)
     if _are_known(parts):
         with suppress(SearchEnded):
             parts.searcher.search(problem, random_generator(0))
 
 
-def warm_up(settings: Settings, compiles: Callable[[], None]) -> float | None:
+def warm_up(settings: Settings, earlier: Parts, compiles: Callable[[], None]) -> float | None:
     """Load the kernels of a run, and compile those that were never compiled.
 
     Returns
@@ -40,21 +46,22 @@ def warm_up(settings: Settings, compiles: Callable[[], None]) -> float | None:
 
     Parameters
     ----------
+    earlier
+        Parts made from the same settings, as for :func:`load_kernels`.
     compiles
         Called when compiling begins, if it does.
     """
     from origami_lab.jit import compile_clock
 
     with compile_clock(compiles) as clock:
-        load_kernels(settings)
-        parts = build_parts(settings)
-        if clock.seconds and _are_known(parts):
+        load_kernels(settings, earlier)
+        if clock.seconds and _are_known(earlier):
             small = replace(settings, budget=min(settings.budget, SOME), polish=None)
             with tempfile.TemporaryDirectory(prefix="origami-lab-") as place:
                 folder = RunFolder(Path(place))
-                folder.begin(settings.config, parts.target, None)
-                run_trial(small, 0, folder, parts=parts)
-    return clock.seconds if _are_known(parts) else None
+                folder.begin(settings.config, earlier.target, None)
+                run_trial(small, 0, folder, parts=build_parts(settings, earlier))
+    return clock.seconds if _are_known(earlier) else None
 
 
 def _are_known(parts: Parts) -> bool:

@@ -63,32 +63,33 @@ def serve(orders: Orders, calls: Calls, settings: Settings, kernels: bool) -> No
     Before its first task a worker imports its parts, while the parent still checks its input; with ``kernels`` it
     loads all kernels, too (one worker only: on a fresh installation it compiles). The others load them then.
     """
+    first: Parts | None = None
     parts: Parts | None = None
     with contextlib.suppress(Exception):  # what is wrong with the input is for the parent to say
-        parts = _build(settings, calls)
+        first = parts = _build(settings, calls)
         if kernels:
-            seconds = warm_up(settings, lambda: orders.say(Compiling()))
+            seconds = warm_up(settings, first, lambda: orders.say(Compiling()))
             if seconds is not None:
                 orders.say(Compiled(seconds))
     while isinstance(task := orders.next(), Task):
-        if not kernels:
+        if not kernels and first is not None:
             kernels = True
             with contextlib.suppress(Exception):
-                load_kernels(settings)
-        orders.say(_answer(task, orders, parts, calls))
+                load_kernels(settings, first)
+        orders.say(_answer(task, orders, parts, first, calls))
         parts = None  # used up: each trial gets fresh ones
 
 
-def _build(settings: Settings, calls: Calls) -> Parts:
+def _build(settings: Settings, calls: Calls, earlier: Parts | None = None) -> Parts:
     from origami_lab.workers.guarded_objective import watched  # here: the parent does not need the game that it imports
 
-    parts = build_parts(settings)
+    parts = build_parts(settings, earlier)
     return replace(parts, objective=watched(parts.objective, calls))
 
 
-def _answer(task: Task, orders: Orders, parts: Parts | None, calls: Calls) -> Finished | Failed:
+def _answer(task: Task, orders: Orders, parts: Parts | None, earlier: Parts | None, calls: Calls) -> Finished | Failed:
     try:
-        parts = parts or _build(task.settings, calls)
+        parts = parts or _build(task.settings, calls, earlier)
         row, warnings = run_trial(task.settings, task.seed, task.folder, orders.say, orders.stop, parts)
         return Finished(task.seed, row, warnings)
     except FolderError as error:

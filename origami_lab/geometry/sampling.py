@@ -47,13 +47,19 @@ def covering_points(triangles: Array, spacing: float) -> Array:
         If more than :data:`MAX_CELLS` triangles would be needed.
     """
     cells = triangles
-    points = [np.unique(cells.reshape(-1, 3), axis=0)]
+    points = [cells.reshape(-1, 3)]
     while len(cells):
         if len(cells) > MAX_CELLS:
             raise ValueError(f"more than {MAX_CELLS} triangles")
         cells = _split(cells, spacing)
-        points.append(np.unique(cells.reshape(-1, 3), axis=0))
-    return np.unique(np.concatenate(points), axis=0)
+        points.append(cells.reshape(-1, 3))
+    return _sorted_points(np.concatenate(points))
+
+
+def _sorted_points(points: Array) -> Array:
+    """Each of (n, 3) points once, sorted by coordinates: numpy's ``unique`` of rows takes several times as long."""
+    points = points[np.lexsort(points.T[::-1])]
+    return np.asarray(points[np.append(True, (points[1:] != points[:-1]).any(axis=1))])
 
 
 def _squared(d: Array) -> Array:

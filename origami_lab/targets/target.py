@@ -125,6 +125,17 @@ class Target:
             2×2 integers, one of the eight symmetries of the square. The images of all vertices, edge
             midpoints and face centroids are compared with the surface.
         """
+        key = np.asarray(matrix, dtype=np.float64).tobytes()
+        if key not in self._symmetries:
+            self._symmetries[key] = self._maps_to_itself(matrix)
+        return self._symmetries[key]
+
+    @cached_property
+    def _symmetries(self) -> dict[bytes, bool]:
+        """Whether the surface maps to itself, by the matrices that were asked for."""
+        return {}
+
+    def _maps_to_itself(self, matrix: ArrayLike) -> bool:
         image = np.eye(3)
         image[:2, :2] = np.asarray(matrix, dtype=np.float64)
         tolerance = self.tolerance

@@ -319,3 +319,22 @@ def test_a_search_has_to_fit_into_the_memory(monkeypatch: pytest.MonkeyPatch) ->
             fit_workers(large)
     monkeypatch.setattr("origami_lab.config.settings.physical_memory", lambda: 2**40)
     assert fit_workers(large).workers == 2
+
+
+NAMES = ["José/part (1).stl", "a#b&c;d!~^", "~/日本", "run/seed=3", "é=ü", "x y", "<ß>"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_names_of_files_need_no_quotes(name: str) -> None:
+    assert settings("target=cube", f"output={name}").config["output"] == name
+
+
+def test_names_of_files_in_lists_and_texts_in_quotes_stay_what_they_are() -> None:
+    assert hydra_words(["a=é,b c,d"]) == ["a='é',b c,d"]
+    for word in ("a='é,ü'", "a=[é,ü]", "a=range(1,5)", "a=choice(x,y)", "a=", "a=1,2", "a={b:é}", "~a"):
+        assert hydra_words([word]) == [word]
+
+
+def test_a_text_without_letters_in_the_terminals_encoding_is_refused() -> None:
+    with pytest.raises(InputError, match=r"^output=.*: is no text in this terminal's encoding .*C\.UTF-8"):
+        settings("target=cube", "output=\udcc3\udca9")

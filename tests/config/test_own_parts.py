@@ -157,6 +157,19 @@ def build(*overrides: str) -> Parts:
         return build_parts(compose_settings(["target=cube", "search=rdm", *overrides]))
 
 
+@pytest.mark.parametrize("own", [False, True])
+def test_trials_share_only_what_is_ours_and_never_changes(module: str, own: bool) -> None:
+    mine = overrides_for("objective", f"{module}.Objective") if own else []
+    with working_directory_importable():
+        settings = compose_settings(["target=cube", "search=rdm", *mine])
+        first = build_parts(settings)
+        second = build_parts(settings, first)
+    assert (second.target is first.target) is not own
+    assert (second.objective is first.objective) is not own
+    assert second.game is not first.game
+    assert second.searcher is not first.searcher
+
+
 def overrides_for(part: str, target: str) -> list[str]:
     """Put a ``_target_`` in place of a part whose own arguments are dropped."""
     objective = [f"~objective.{key}" for key in ("distance", "compactness", "target")]

@@ -26,6 +26,7 @@ def test_covering_points_cover_random_triangles(spacing: float) -> None:
     rng = np.random.default_rng(1)
     triangles = rng.normal(size=(12, 3, 3)) * [1, 0.2, 2]
     points = covering_points(triangles, spacing)
+    assert (points == np.unique(points, axis=0)).all()  # sorted, and each once
     assert distances(build_bvh(triangles), points).max() < 1e-12
     covered = cKDTree(points).query(sample_triangles(triangles, 20_000, rng))[0]
     assert covered.max() <= spacing / np.sqrt(3)

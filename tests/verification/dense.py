@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from origami_lab.errors import InputError
 from origami_lab.game.crease_pattern import CreasePattern
 from origami_lab.game.game import Game
-from origami_lab.game.start_patterns import Crease, Square, Start
+from origami_lab.game.start_patterns import Crease, Panel, Rectangle, Square, Start
 from origami_lab.geometry.triangles import triangles_cross
 from origami_lab.jit import kernel
 
@@ -24,6 +24,15 @@ Array = NDArray[np.float64]
 
 SYMMETRIES = ("none", "x", "y", "xy", "xyd")
 BOARDS = (7, 9, 13, 17, 25)
+_HEXAGON = ((2, 1), (0, 2), (-2, 1), (-2, -1), (0, -2), (2, -1))
+STARTS: tuple[Start, ...] = (
+    *(Square("choose"), Square(1), Square(2), Square("choose", "choose"), Rectangle()),
+    *(Crease(0), Crease("choose"), Crease(ends="choose"), Crease(ends="choose", stays="lower")),
+    Panel(((2, 0), (0, 2), (-2, 0), (0, -2))),
+    Panel(_HEXAGON, (1, 1, -1, 1, 1, -1)),
+    Panel(_HEXAGON, (0, 0, 1, 0, 0, 1)),  # two sides are driven, and two corners have no crease
+)
+SOURCES: tuple[bool | str, ...] = (False, True, "boundary")
 STEPS = 1000
 """States between the flat sheet and the last state of a design that are looked at."""
 DEEP = 1e-6
@@ -53,20 +62,20 @@ class RandomPattern:
 
 
 def random_pattern(rng: np.random.Generator, *, collisions: bool) -> RandomPattern:
-    """A random episode of a random game: group, board, start, longest crease, number of driving angles.
+    """A random episode of a random game: group, board, start, longest crease, number of driving angles, sources.
 
     With ``collisions`` the game keeps to its rule that panels do not cross at its driving angles.
     """
     while True:
-        start: Start = [Square("choose"), Square(1), Square(2), Crease(0), Crease("choose")][int(rng.integers(5))]
         try:
             game = Game(
-                int(rng.choice(BOARDS)),
-                str(rng.choice(SYMMETRIES)),
-                start,
+                start=STARTS[int(rng.integers(len(STARTS)))],
+                symmetry=str(rng.choice(SYMMETRIES)),
+                board_width=(width := int(rng.choice(BOARDS))),
+                board_height=width if rng.integers(3) else int(rng.choice(BOARDS)),
                 max_crease_length=[None, 3.0, 5.0][int(rng.integers(3))],
                 driving_angle_count=int(rng.choice([1, 3, 10, 10])),
-                source_action=bool(rng.integers(2)),
+                source_action=SOURCES[int(rng.integers(len(SOURCES)))],
                 collisions=collisions,
             )
         except InputError:  # not every start goes with every group

@@ -126,9 +126,9 @@ class MethodNumbers:
     panel_spacing: Annotated[float, Number(0.01, 1e06)] = 0.8
     look: Annotated[bool, Flag()] = True
     free: Chance = 0.2
-    longer: Again = 0.6
+    longer: Again = 0.85
     attempts: Count = 6
-    history: Count = 30
+    history: Count = 5
 
     def __post_init__(self) -> None:
         check_fields(self, "search")
