@@ -31,7 +31,15 @@ SEARCHERS: dict[str, list[str]] = {
 }
 TASKS: dict[str, list[str]] = {
     **{name: [f"target={name}"] for name in ("pyramid", "cube", "bowl", "face")},
-    "mesh": ["target=mesh", "target.path=part.obj", "target.scale=0.5", "symmetry=y", "board.size=15", "start.size=2"],
+    "mesh": [
+        "target=mesh",
+        "target.path=part.obj",
+        "target.scale=0.5",
+        "target.translate=[0,0,0]",
+        "symmetry=y",
+        "board.size=15",
+        "start.size=2",
+    ],
     **{name: [f"objective={name}"] for name in ("bucket", "shelf", "table", "chair", "packaging")},
 }
 # an open tray that mirrors left and right, not front and back, in half board cells

@@ -10,10 +10,16 @@ from origami_lab.config.mesh_axis import is_mesh, with_target
 from origami_lab.config.node import Node
 from origami_lab.errors import InputError
 from origami_lab.game.rule_settings import RuleSettings
+from origami_lab.targets.mesh_reader import millimetres_per_unit
 
 
-def settle_cell(values: Node, game: RuleSettings) -> dict[str, Any]:
+def settle_cell(values: Node, game: RuleSettings, *, fits_part: bool = False) -> dict[str, Any]:
     """A whole configuration with the cell that its sheet has room for, where it names a sheet and no cell.
+
+    Parameters
+    ----------
+    fits_part
+        Whether the board was chosen for a part, whose size on paper then follows from it.
 
     Raises
     ------
@@ -34,7 +40,7 @@ def settle_cell(values: Node, game: RuleSettings) -> dict[str, Any]:
         raise InputError("sheet", values["sheet"], f"must have room for a board within margins of {MARGIN:g} mm")
     if cell is None:
         cell = largest
-        return with_target({**values, "cell": cell}, lambda target: _with_cell(target, cell))
+        return with_target({**values, "cell": cell}, lambda target: _with_cell(target, largest, fits_part))
     if cell > fits * (1 + 1e-9):
         size = " × ".join(f"{side * cell:.4g}" for side in sides)
         room = " × ".join(f"{length:.4g}" for length in rooms[0])
@@ -43,5 +49,9 @@ def settle_cell(values: Node, game: RuleSettings) -> dict[str, Any]:
     return dict(values)
 
 
-def _with_cell(target: Node, cell: float | None) -> Node:
-    return {**target, "cell": cell} if is_mesh(target) and target.get("cell", 0) is None else target
+def _with_cell(target: Node, cell: float, fits_part: bool) -> Node:
+    if not is_mesh(target) or target.get("cell", 0) is not None:
+        return target
+    # with a cell the scale is a factor on the true size
+    size = target["scale"] * cell / millimetres_per_unit(str(target["path"])) if fits_part else target.get("scale", 1.0)
+    return {**target, "cell": cell, "scale": size}

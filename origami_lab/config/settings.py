@@ -22,6 +22,7 @@ from origami_lab.config.node import Node, check_format, flatten
 from origami_lab.config.open_settings import settle_distance
 from origami_lab.config.option_files import own_roots, read_options
 from origami_lab.config.paper import settle_cell
+from origami_lab.config.part_settings import with_part_settings
 from origami_lab.config.stages import Budget, Minutes, Stage
 from origami_lab.errors import InputError
 from origami_lab.files import expanded
@@ -91,6 +92,8 @@ class Settings:
     """Installed packages whose code a ``_target_`` may name; never in a file."""
     left_open: tuple[str, ...] = ()
     """Settings that were left to us: a run that goes on keeps what they were."""
+    part_lines: tuple[str, ...] = ()
+    """What is to be said of the part by which settings were chosen, one line each."""
 
     @property
     def stage(self) -> Stage:
@@ -111,10 +114,10 @@ def read_settings(config: DictConfig) -> Settings:
     values = as_of_today(_plain(config))
     check_format(values)
     _check_keys(values)
-    values = _without_secrets(values)
+    values, part_lines = with_part_settings(_without_secrets(values))
     values, left_open = settle_distance(values)
     game = _rules(values)
-    values = settle_cell(values, game)
+    values = settle_cell(values, game, fits_part=bool(part_lines))
     checked = {**values, "game": game, "config": values, "left_open": left_open}
     checked["seeds_given"] = checked.pop("seed", 0) is not None
     if "seed" in values:
@@ -128,7 +131,7 @@ def read_settings(config: DictConfig) -> Settings:
     target = None if settings.target is None else as_it_was(resolved_up(settings.target))
     objective = {key: value for key, value in settings.objective.items() if key != "target"}
     task = _task(settings.task, settings.target)
-    return replace(settings, task=task, target=target, objective=objective, config=written)
+    return replace(settings, task=task, target=target, objective=objective, config=written, part_lines=part_lines)
 
 
 def _without_secrets(values: dict[str, Any]) -> dict[str, Any]:

@@ -28,7 +28,10 @@ def remarks(settings: Settings, parts: Parts) -> Iterator[str]:
         return
     name = Path(str(settings.target.get("path", target.name))).name
     on_paper = "" if settings.cell is None else f", {settings.cell:.4g} mm on paper"
-    yield f"{name}: 1 board cell = {target.units_per_cell:.4g} units of the file{on_paper}"
+    if settings.part_lines:
+        yield from settings.part_lines
+    else:
+        yield f"{name}: 1 board cell = {target.units_per_cell:.4g} units of the file{on_paper}"
     if settings.target.get("up", "") is None and axis_up(name) == "y":
         yield f"{name} stands with its z axis up, as in version 0.1.0, which this run was made by; new runs turn y up"
     symmetry = settings.game.symmetry

@@ -132,9 +132,8 @@ def load_mesh(
         further away than that.
     """
     # settings first: they are cheap to check
-    if not (_is_number(scale) and scale > 0.0):
-        raise InputError("target.scale", scale, "must be a positive number")
-    angles = _numbers("target.rotate", rotate, 3, "three angles in degrees about x, y, z, e.g. [90,0,0]")
+    check_scale(scale)
+    angles = check_rotation(rotate)
     shift = _numbers("target.translate", translate, 3, "three lengths in board units, e.g. [0,0,-1]")
     if fit not in (None, "board"):
         raise InputError("target.fit", fit, "must be board or null")
@@ -155,7 +154,7 @@ def load_mesh(
     vertices, faces = _weld(vertices, faces)
     if len(faces) == 0:
         raise InputError("target.path", path, "its triangles have no area")
-    vertices = vertices @ _rotation(angles).T
+    vertices = vertices @ rotation_matrix(angles).T
     cells_per_unit = float(scale)
     if fit == "board":
         vertices, factor = _fit(vertices, *(FIT_SHARE * 0.5 * (side - 1) for side in board))
@@ -200,6 +199,17 @@ def count_open_edges(faces: Indices) -> int:
     return int((counts % 2 == 1).sum())
 
 
+def check_scale(scale: object) -> None:
+    """Raise InputError unless it is a scale."""
+    if not (_is_number(scale) and scale > 0.0):  # type: ignore[operator]
+        raise InputError("target.scale", scale, "must be a positive number")
+
+
+def check_rotation(rotate: Sequence[float]) -> Array:
+    """(3,) degrees about x, y and z; raises InputError."""
+    return _numbers("target.rotate", rotate, 3, "three angles in degrees about x, y, z, e.g. [90,0,0]")
+
+
 def _is_number(value: object) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
@@ -237,7 +247,7 @@ def _weld(vertices: Array, faces: Indices) -> tuple[Array, Indices]:
     return used(vertices, faces[distinct])
 
 
-def _rotation(degrees: Array) -> Array:
+def rotation_matrix(degrees: Sequence[float] | Array) -> Array:
     """About the fixed axes x, then y, then z. Quarter turns are exact."""
     result = np.eye(3)
     for axis, angle in enumerate(degrees):

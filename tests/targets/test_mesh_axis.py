@@ -44,7 +44,7 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize(("name", "axis"), [("bar.glb", "y"), ("bar.gltf", "y"), ("bar.stl", "z"), ("bar.obj", "z")])
 def test_auto_is_resolved_before_it_is_written(folder: Path, name: str, axis: str) -> None:
-    found = settings("target=mesh", f"target.path={folder / name}")
+    found = settings("target=mesh", f"target.path={folder / name}", "target.translate=[0,0,0]")
     assert found.config["target"]["up"] == found.config["objective"]["target"]["up"] == axis
     target = build_parts(found).target
     assert target is not None
@@ -107,6 +107,7 @@ def test_a_run_made_before_is_resumed_with_its_target(folder: Path, capsys: pyte
     same = [
         "target=mesh",
         "target.path=bar.glb",
+        "target.translate=[0,0,0]",
         "search=rdm",
         "budget=200",
         "files=designs",

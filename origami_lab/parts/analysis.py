@@ -1,0 +1,137 @@
+"""The analysis of a part: what its mesh is, and how it is to be laid on the board."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from origami_lab.parts.flat_regions import FlatRegion, flat_regions
+from origami_lab.parts.frame import Frame, find_frame, is_flat_faced
+from origami_lab.parts.setup import Layout, PartSetup, curved_setup, flat_setup, lay_out
+from origami_lab.parts.shape_measures import Curvature, covered_share, curvature
+from origami_lab.parts.surface import Array, Surface, read_surface
+from origami_lab.targets.mesh_reader import GLTF
+from origami_lab.targets.mesh_target import MOST_FACES, rotation_matrix
+from origami_lab.targets.target import Target
+
+Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+"""What ``target.up=y`` does."""
+MILLIMETRES = {"mm": 1.0, "m": 1000.0}
+
+
+@dataclass(frozen=True, eq=False)
+class PartAnalysis:
+    """A part: what its file holds, in the file's units, and the settings that suit it."""
+
+    path: Path
+    surface: Surface
+    regions: tuple[FlatRegion, ...]
+    """Its flat regions, the largest first."""
+    frame: Frame
+    """How it lies on the board."""
+    layout: Layout | None
+    """How its base and walls lie on board points; None for a part that is not flat-faced or has no base with walls."""
+    curvature: Curvature
+    """How its curved parts bend."""
+    covered: float
+    """The part of an open surface that lies under another part of it, seen from above as it lies on the board."""
+    unit: str
+    """The unit that its size suggests: ``mm`` or ``m``; a glTF file's is metres."""
+    setup: PartSetup
+
+    @property
+    def extent(self) -> Array:
+        """(3,) size along x, y and z as it lies on the board, units of the file."""
+        return np.asarray(np.ptp(self.frame.placed(self.surface.vertices), axis=0))
+
+    @property
+    def is_flat_faced(self) -> bool:
+        return is_flat_faced(self.surface, self.regions)
+
+    @property
+    def holes(self) -> int:
+        """Rims beyond the first of each body of an open surface."""
+        return max(0, self.surface.rims - self.surface.bodies)
+
+    @property
+    def cell(self) -> float:
+        """A board cell, in millimetres if the guess of the unit is right."""
+        return MILLIMETRES[self.unit] / self.setup.scale
+
+    @property
+    def area_cells(self) -> float:
+        """Its area, square cells."""
+        return self.surface.area * self.setup.scale**2
+
+    @property
+    def board_cells(self) -> int:
+        """The area of the largest sheet, square cells."""
+        return (self.setup.board[0] - 1) * (self.setup.board[1] - 1)
+
+    def target(self) -> Target:
+        """The part as it lies on the board, in cells."""
+        cells = self.setup.scale * (self.surface.vertices @ self.frame.rotation.T) + np.array(self.setup.translate)
+        return Target(
+            self.path.stem, cells, self.surface.faces, self.surface.is_closed, 1.0 / self.setup.scale,
+            uncertainty=2.0 * self.surface.precision * self.setup.scale,
+        )  # fmt: skip
+
+
+def analyse_part(
+    path: str | Path,
+    *,
+    up: str = "z",
+    rotate: Sequence[float] | None = None,
+    scale: float | None = None,
+    max_faces: int = MOST_FACES,
+) -> PartAnalysis:
+    """Read a mesh file and find out what it is and how it is to be laid on the board.
+
+    Parameters
+    ----------
+    path
+        As for :func:`origami_lab.targets.mesh`.
+    up
+        The axis of the file that points up, ``y`` or ``z``: of no account unless the part may not be turned.
+    rotate
+        Degrees about the x, y and z axis if the part is to lie so; None: as it suits the part.
+    scale
+        Cells per unit of the file, if it is given.
+    max_faces
+        More triangles than this are refused.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or has no area.
+    """
+    surface = read_surface(path, max_faces)
+    regions = flat_regions(surface)
+    turned = None if rotate is None else rotation_matrix(rotate) @ (Y_UP if up == "y" else np.eye(3))
+    frame = find_frame(surface, regions, turned)
+    layout = lay_out(surface, regions, frame, scale)
+    if layout is None:
+        setup = curved_setup(surface, frame, scale)
+    else:
+        setup = flat_setup(layout, frame, surface.is_closed)
+    return PartAnalysis(
+        path=Path(path),
+        surface=surface,
+        regions=regions,
+        frame=frame,
+        layout=layout,
+        curvature=curvature(surface, regions),
+        covered=0.0 if surface.is_closed else covered_share(surface, frame),
+        unit=_unit(surface, Path(path)),
+        setup=setup,
+    )
+
+
+def _unit(surface: Surface, path: Path) -> str:
+    """Millimetres, unless it would be smaller than a fingernail."""
+    if path.suffix.lower().lstrip(".") in GLTF:
+        return "m"
+    return "mm" if float(np.ptp(surface.vertices, axis=0).max()) >= 3.0 else "m"

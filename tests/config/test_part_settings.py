@@ -1,0 +1,115 @@
+"""``auto``: chosen by the part before a run, written as values, given up for what is said."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from benchmarks.parts import shapes
+from origami_lab.config.compose import compose_settings
+from origami_lab.config.instantiate import build_parts
+from origami_lab.config.node import flatten
+from origami_lab.config.settings import Settings
+from origami_lab.config.warnings import remarks
+from origami_lab.errors import InputError
+
+
+@pytest.fixture
+def bracket(tmp_path: Path) -> Path:
+    file = tmp_path / "bracket.stl"
+    file.write_bytes(shapes.stl(shapes.l_bracket()))
+    return file
+
+
+def settings(file: Path, *overrides: str) -> Settings:
+    return compose_settings(["target=mesh", f"target.path={file}", *overrides])
+
+
+def test_nothing_is_auto_in_what_is_written(bracket: Path) -> None:
+    """Scale: 80, 50 and 40 are multiples of 10, and six cells or more across; the wall's crease lies along x."""
+    found = settings(bracket)
+    undecided = {key for key, value in flatten(found.config).items() if value == "auto"}
+    assert undecided == {"workers", "target.closed", "objective.target.closed"}
+    assert found.config["target"]["scale"] == found.config["objective"]["target"]["scale"] == pytest.approx(0.1)
+    assert found.config["start"]["ends"] == [[-3, 1], [3, 1]]
+    assert (found.game.width, found.game.height, found.game.symmetry) == (9, 11, "y")
+    assert (found.game.driving_angle_max, found.game.max_crease_length) == (90.0, None)
+    parts = build_parts(found)
+    assert parts.target is not None
+    assert parts.target.vertices.min(axis=0) == pytest.approx([-4, -4, 0], abs=1e-5)
+    assert parts.target.vertices.max(axis=0) == pytest.approx([4, 1, 4], abs=1e-5)
+    assert any("1 board cell = 10 units" in line for line in remarks(found, parts))
+    assert not any("is not symmetric" in line for line in remarks(found, parts))
+
+
+@pytest.mark.parametrize(
+    ("override", "key", "value"),
+    [
+        ("target.scale=0.2", "target.scale", 0.2),
+        ("target.rotate=[0,0,90]", "target.rotate", [0, 0, 90]),
+        ("board.size=31", "board.size", 31),
+        ("board=25x25", "board.size", 25),
+        ("board.width=41", "board.width", 41),
+        ("symmetry=none", "symmetry.name", "none"),
+        ("start=square", "start.size", "choose"),
+        ("start.size=2", "start.size", 2),
+        ("start=crease", "start.position", "choose"),
+        ("max_crease_length=3.5", "max_crease_length", 3.5),
+        ("driving_angle.max=120", "driving_angle.max", 120),
+        ("driving_angle.count=7", "driving_angle.count", 7),
+        ("source_action=boundary", "source_action", "boundary"),
+    ],
+)
+def test_what_is_said_counts_and_the_rest_is_chosen(bracket: Path, override: str, key: str, value: object) -> None:
+    found = settings(bracket, override)
+    assert flatten(found.config)[key] == value
+    build_parts(found)
+    plain = settings(bracket)
+    if not key.startswith(("target.", "driving_angle.")):
+        assert found.config["target"]["scale"] == plain.config["target"]["scale"]
+        assert found.game.driving_angle_max == 90.0
+
+
+@pytest.mark.parametrize("override", ["target.fit=board", "target.translate=[0,0,0]", "target.align_z=true"])
+def test_a_part_that_is_placed_by_hand_is_as_before(bracket: Path, override: str) -> None:
+    found = settings(bracket, "target.scale=0.1", override)
+    assert found.part_lines == ()
+    assert (found.game.board_size, found.game.symmetry, found.game.max_crease_length) == (25, "none", 2.9)
+    assert dict(found.start) == {"_target_": "origami_lab.game.Square", "size": "choose", "position": None}
+    assert found.config["target"]["rotate"] == [0, 0, 0]
+
+
+def test_a_symmetry_that_the_start_pattern_does_not_have_is_not_chosen(tmp_path: Path) -> None:
+    """The lid has both mirrors; a single crease along x can have the one across it only."""
+    file = tmp_path / "lid.stl"
+    file.write_bytes(shapes.stl(shapes.box_lid()))
+    assert settings(file).game.symmetry == "xy"
+    assert settings(file, "start=crease", "start.position=0").game.symmetry == "y"
+
+
+@pytest.mark.parametrize("words", [["symmetry=auto"], ["start=auto"], ["board=auto"], ["max_crease_length=auto"]])
+def test_without_a_part_nothing_can_be_chosen(words: list[str]) -> None:
+    with pytest.raises(InputError, match=r"=auto: is chosen by a part, which needs target=mesh"):
+        compose_settings(["target=bowl", *words])
+
+
+def test_a_run_that_goes_on_keeps_what_was_chosen(bracket: Path, tmp_path: Path) -> None:
+    """Also if the analysis came to another answer today, as it would for this other part under the same name."""
+    begun = settings(bracket)
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run/config.yaml").write_text(yaml.safe_dump(dict(begun.config)))
+    bracket.write_bytes(shapes.stl(shapes.box_lid()))
+    assert settings(bracket).config["start"] != begun.config["start"]
+    resumed = settings(bracket, f"output={tmp_path / 'run'}", "resume=true")
+    kept = {key: value for key, value in resumed.config.items() if key not in ("output", "resume")}
+    assert kept == {key: begun.config[key] for key in kept}
+
+
+@pytest.mark.parametrize(
+    ("override", "field"), [("target.scale=0", "target.scale"), ("target.rotate=[1]", "target.rotate")]
+)
+def test_wrong_values_are_refused_in_one_line(bracket: Path, override: str, field: str) -> None:
+    with pytest.raises(InputError, match=f"^{field}="):
+        settings(bracket, override)
