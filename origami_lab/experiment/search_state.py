@@ -1,6 +1,7 @@
 """The state of a trial's search, as a file beside its design: from it a longer run goes on.
 
-It holds what was found so far, improvement by improvement, and what the searcher saves of itself.
+It holds what was found so far, improvement by improvement, and what the searcher saves of itself. It says nothing of
+time, which is in the trial's result: so the same search leaves the same bytes.
 """
 
 from __future__ import annotations
@@ -9,20 +10,22 @@ import io
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from origami_lab.file_names import ACTIONS
+from origami_lab.file_names import ACTIONS, RESULT, STATE
 from origami_lab.files import read_json, regular_bytes
-from origami_lab.runs.trial_row import NO_DESIGN, TrialRow
+from origami_lab.runs.trial_row import NO_DESIGN, TrialRow, beside_row
 
 if TYPE_CHECKING:
     from origami_lab.search.problem import Outcome
 
+RECORD = "stages_of_search"
+"""The key of what each stage has come to, in a trial's ``result.json``."""
 LARGEST = 2**30
 """Bytes of a state that is read."""
 _OWN = "searcher."
@@ -36,9 +39,10 @@ class SearchState:
     stages: int
     """How many it has gone through."""
     outcome: Outcome
-    seconds: float
+    seconds: float = 0.0
+    """Time of the search so far; not in the file."""
     record: tuple[Mapping[str, Any], ...] = ()
-    """What each stage was given and has come to."""
+    """What each stage was given and has come to; not in the file."""
     searcher: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     """What the searcher has saved; empty if it begins anew."""
 
@@ -46,7 +50,7 @@ class SearchState:
         """The contents of the file; the same for the same state."""
         improvements = self.outcome.improvements
         numbers = {name: int(getattr(self.outcome, name)) for name in _COUNTS}
-        about = {"stages": self.stages, "seconds": self.seconds, "record": list(self.record), **numbers}
+        about = {"stages": self.stages, **numbers}
         arrays: dict[str, NDArray[Any]] = {
             "about": np.array(json.dumps(about)),
             "found_at": np.array([step.interaction for step in improvements], dtype=np.int64),
@@ -78,8 +82,6 @@ def state_of_bytes(content: bytes) -> SearchState:
     return SearchState(
         stages=int(about["stages"]),
         outcome=outcome_of(Outcome, improvements, tuple(arrays["start"].tolist()), about),
-        seconds=float(about["seconds"]),
-        record=tuple(about["record"]),
         searcher={name.removeprefix(_OWN): value for name, value in arrays.items() if name.startswith(_OWN)},
     )
 
@@ -98,10 +100,12 @@ def outcome_of(kind: Any, improvements: tuple[Any, ...], start: tuple[int, ...],
     return found
 
 
-def read_state(file: Path) -> SearchState | None:
-    """The state in a file; None if there is none that can be read."""
+def read_state(trial: Path) -> SearchState | None:
+    """The state in a trial's folder, with the times that its result says; None if there is none that can be read."""
     try:
-        return state_of_bytes(regular_bytes(file, LARGEST))
+        state = state_of_bytes(regular_bytes(trial / STATE, LARGEST))
+        record = beside_row(trial / RESULT).get(RECORD) or [{"seconds": 0.0}]
+        return replace(state, seconds=float(record[-1]["seconds"]), record=tuple(record))
     except Exception:  # whatever a damaged archive makes zipfile and numpy raise
         return None
 

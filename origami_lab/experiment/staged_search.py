@@ -83,7 +83,8 @@ def search_in_stages(
         warnings += played.warnings
         if played.state is None or played.state.stages == len(stages) or played.status == STOPPED:
             return replace(played, warnings=warnings)
-        state = state_of_bytes(played.state.to_bytes())
+        written = state_of_bytes(played.state.to_bytes())
+        state = replace(written, seconds=played.state.seconds, record=played.state.record)
 
 
 def _play(

@@ -152,7 +152,7 @@ def _begun(folder: RunFolder, row: TrialRow | None) -> tuple[SearchState | None,
     if row is None or row.has_failed:
         return None, []
     trial = folder.trial(row.seed)
-    state = read_state(trial / STATE)
+    state = read_state(trial)
     if state is not None or row.outcome == STOPPED:
         return state, []
     says = f"no {STATE} can be read in {trial}: the searcher begins anew, above the best"

@@ -14,6 +14,7 @@ import numpy as np
 from origami_lab.config.instantiate import Parts
 from origami_lab.config.settings import Settings
 from origami_lab.experiment.kept_design import Kept
+from origami_lab.experiment.search_state import RECORD
 from origami_lab.file_names import (
     ACTIONS,
     BEST,
@@ -70,7 +71,7 @@ def write_files(
         motion, warnings = _motion(parts, kept.outcome, kept.design)
         write_fold(path / MOTION, motion)
         warnings += [*kept.warnings, *_draw(path, folder, on_paper=settings.cell is not None)]
-    beside = {"passed_over": kept.passed_over, "stages_of_search": list(record)}
+    beside = {"passed_over": kept.passed_over, RECORD: list(record)}
     row.write(path / RESULT, {name: value for name, value in beside.items() if value})
     return warnings
 
