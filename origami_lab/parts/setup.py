@@ -12,9 +12,9 @@ import numpy as np
 
 from origami_lab.parts.corners import Corner, corners_between
 from origami_lab.parts.flat_regions import FlatRegion
-from origami_lab.parts.frame import Frame, is_flat_faced
+from origami_lab.parts.frame import PartFrame, is_flat_faced
 from origami_lab.parts.lattice import Lattice, lattices
-from origami_lab.parts.surface import Array, Surface
+from origami_lab.parts.surface import Array, PartSurface
 from origami_lab.parts.unfolding import BaseSide, Unfolding, unfold
 
 MOST_HALF = 40
@@ -64,7 +64,7 @@ class PartSetup:
 
 
 @dataclass(frozen=True, eq=False)
-class Layout:
+class PartLayout:
     """How a flat-faced part lies on the board."""
 
     unfolding: Unfolding
@@ -82,7 +82,9 @@ class Layout:
     """(2,) cells by which the part is moved from its middle on the board."""
 
 
-def lay_out(surface: Surface, regions: Sequence[FlatRegion], frame: Frame, scale: float | None = None) -> Layout | None:
+def lay_out(
+    surface: PartSurface, regions: Sequence[FlatRegion], frame: PartFrame, scale: float | None = None
+) -> PartLayout | None:
     """The layout of a flat-faced part, at a given scale if there is one; None if it has no base with walls."""
     if frame.base is None or not is_flat_faced(surface, regions):
         return None
@@ -121,29 +123,29 @@ def lay_out(surface: Surface, regions: Sequence[FlatRegion], frame: Frame, scale
 
 
 def _choice(
-    surface: Surface,
+    surface: PartSurface,
     unfolding: Unfolding,
     driven: tuple[bool, ...],
     fold: float,
     group: Group,
     one: Lattice,
     exact: bool,
-) -> Layout:
+) -> PartLayout:
     corners = tuple(corners_between(unfolding.sides, driven, one.scale))
     mirrored = _mirrored(group)
     flat = unfolding.all_corners * one.scale
     middle = 0.5 * (flat.min(axis=0) + flat.max(axis=0))
     first = flat[0]
     shift = np.where(mirrored, 0.0, np.rint(first - middle) - first)
-    return Layout(unfolding, driven, fold, one, exact, corners, group, shift)
+    return PartLayout(unfolding, driven, fold, one, exact, corners, group, shift)
 
 
-def _half(layout: Layout) -> int:
+def _half(layout: PartLayout) -> int:
     """Cells from the middle of the board to its edge, in the longer direction."""
     return max(_halves(layout))
 
 
-def _halves(layout: Layout) -> tuple[int, int]:
+def _halves(layout: PartLayout) -> tuple[int, int]:
     """Half the sides of the board: room for the unfolded part and for what is tucked away at its corners."""
     flat = layout.unfolding.all_corners * layout.lattice.scale + layout.shift
     extent = np.abs(flat).max(axis=0)
@@ -157,7 +159,7 @@ def _halves(layout: Layout) -> tuple[int, int]:
     return wide, high
 
 
-def _has_room(layout: Layout) -> bool:
+def _has_room(layout: PartLayout) -> bool:
     """Whether the part is large enough to be played: sides with room for the start pattern, and walls."""
     scale, sides = layout.lattice.scale, layout.unfolding.sides
     if max(side.length for side in sides) * scale < 2.0 or _across(layout) < LEAST_CELLS:
@@ -172,7 +174,7 @@ def _has_room(layout: Layout) -> bool:
     return True
 
 
-def _across(layout: Layout) -> float:
+def _across(layout: PartLayout) -> float:
     """The longer side of the unfolded part, cells."""
     return float(np.ptp(layout.unfolding.all_corners, axis=0).max()) * layout.lattice.scale
 
@@ -214,7 +216,7 @@ def _fits_start(group: Group, sides: Sequence[BaseSide], driven: Sequence[bool])
     return group == ("y" if across[0] > 0.5 else "x") and bool(across.min() < 1e-6)
 
 
-def _start_points(layout: Layout) -> Array:
+def _start_points(layout: PartLayout) -> Array:
     """(n, 2) the ends of the driven sides, drawn in where a side ends freely, round the base; board points if exact."""
     sides, driven = layout.unfolding.sides, layout.driven
     points: list[Array] = []
@@ -235,7 +237,7 @@ def _start_points(layout: Layout) -> Array:
     return np.array(distinct)
 
 
-def start_of(layout: Layout) -> dict[str, Any]:
+def start_of(layout: PartLayout) -> dict[str, Any]:
     """The start pattern of a flat-faced part: its base, as far as walls hang on it."""
     points = _start_points(layout).astype(int)
     corners = [[int(x), int(y)] for x, y in points]
@@ -249,9 +251,9 @@ def start_of(layout: Layout) -> dict[str, Any]:
     return {"_target_": "origami_lab.game.Panel", "corners": corners, "signs": signs}
 
 
-def _crease(layout: Layout, side: BaseSide) -> dict[str, Any]:
+def _crease(layout: PartLayout, side: BaseSide) -> dict[str, Any]:
     """A single crease along a side of the base, whose panel stays in the plane."""
-    alone = Layout(
+    alone = PartLayout(
         layout.unfolding,
         tuple(other is side for other in layout.unfolding.sides),
         *(layout.fold, layout.lattice, layout.is_exact, (), layout.symmetry, layout.shift),
@@ -268,7 +270,7 @@ def _crease(layout: Layout, side: BaseSide) -> dict[str, Any]:
     }
 
 
-def _sign_after(layout: Layout, points: Array, k: int) -> int:
+def _sign_after(layout: PartLayout, points: Array, k: int) -> int:
     """The sign of the side of the start panel after its k-th corner: that of the driven side which it is part of."""
     middle = (0.5 * (points[k] + points[(k + 1) % len(points)]) - layout.shift) / layout.lattice.scale
     for side, is_driven in zip(layout.unfolding.sides, layout.driven, strict=True):
@@ -287,7 +289,7 @@ def _is_convex(points: Array) -> bool:
     return bool((turns > 0).all())
 
 
-def flat_setup(layout: Layout, frame: Frame, closed: bool) -> PartSetup:
+def flat_setup(layout: PartLayout, frame: PartFrame, closed: bool) -> PartSetup:
     """The settings for a flat-faced part."""
     wide, high = _halves(layout)
     scale = layout.lattice.scale
@@ -305,7 +307,7 @@ def flat_setup(layout: Layout, frame: Frame, closed: bool) -> PartSetup:
     )
 
 
-def curved_setup(surface: Surface, frame: Frame, scale: float | None = None) -> PartSetup:
+def curved_setup(surface: PartSurface, frame: PartFrame, scale: float | None = None) -> PartSetup:
     """The settings for a part with curved regions, or whose flat ones do not hang on one base."""
     placed = frame.placed(surface.vertices)
     half = 0.5 * np.ptp(placed, axis=0)[:2]
@@ -343,6 +345,6 @@ def rotation_angles(rotation: Array) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _translation(frame: Frame, scale: float, shift: Array) -> tuple[float, float, float]:
+def _translation(frame: PartFrame, scale: float, shift: Array) -> tuple[float, float, float]:
     x, y, z = (float(t) + 0.0 for t in shift - scale * (frame.rotation @ frame.origin))
     return x, y, z
