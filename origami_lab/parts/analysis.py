@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from origami_lab.parts.flat_regions import FlatRegion, flat_regions
+from origami_lab.parts.flat_region import FlatRegion, flat_regions
 from origami_lab.parts.frame import PartFrame, find_frame, is_flat_faced
 from origami_lab.parts.setup import PartLayout, PartSetup, curved_setup, flat_setup, lay_out
 from origami_lab.parts.shape_measures import Curvature, covered_share, curvature

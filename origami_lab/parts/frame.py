@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from origami_lab.geometry.groups import GROUPS
-from origami_lab.parts.flat_regions import FlatRegion
+from origami_lab.parts.flat_region import FlatRegion
 from origami_lab.parts.surface import Array, PartSurface
 from origami_lab.targets.target import Target
 

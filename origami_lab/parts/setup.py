@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from origami_lab.parts.corners import Corner, corners_between
-from origami_lab.parts.flat_regions import FlatRegion
+from origami_lab.parts.flat_region import FlatRegion
 from origami_lab.parts.frame import PartFrame, is_flat_faced
 from origami_lab.parts.lattice import Lattice, lattices
 from origami_lab.parts.surface import Array, PartSurface
@@ -85,7 +85,9 @@ class PartLayout:
 def lay_out(
     surface: PartSurface, regions: Sequence[FlatRegion], frame: PartFrame, scale: float | None = None
 ) -> PartLayout | None:
-    """The layout of a flat-faced part, at a given scale if there is one; None if it has no base with walls."""
+    """The layout of a flat-faced part, at a given scale if there is one; None if it has no base with walls, or
+    no board for it.
+    """
     if frame.base is None or not is_flat_faced(surface, regions):
         return None
     unfolding = unfold(regions, frame)
@@ -109,7 +111,7 @@ def lay_out(
     # small boards first, and on each the most symmetry; the first on board points, else the first that fits
     order = {name: rank for rank, name in enumerate(("xy", "y", "x", "none"))}
     choices.sort(key=lambda c: (_half(c), order[c.symmetry]))
-    fitting = [c for c in choices if _half(c) <= MOST_HALF] or choices[:1]
+    fitting = [c for c in choices if _half(c) <= MOST_HALF]
     roomy = [c for c in fitting if _has_room(c)]
     for some in (
         [c for c in roomy if c.is_exact],

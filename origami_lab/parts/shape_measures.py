@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from origami_lab.parts.flat_regions import FlatRegion
+from origami_lab.parts.flat_region import FlatRegion
 from origami_lab.parts.frame import PartFrame, is_flat_faced
 from origami_lab.parts.surface import Array, PartSurface
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from origami_lab.parts.flat_regions import FlatRegion, Side
+from origami_lab.parts.flat_region import FlatRegion, Side
 from origami_lab.parts.frame import PartFrame
 from origami_lab.parts.surface import Array
 
