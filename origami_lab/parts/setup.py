@@ -21,6 +21,10 @@ MOST_HALF = 40
 """Cells from the middle of the largest board that is chosen to its edge."""
 LEAST_CELLS = 6
 """Cells across the smallest part that is chosen."""
+TIE = 1e-3
+"""Cells: lengths that differ by less are one, so that rounding decides nothing."""
+NEARLY_SQUARE = 1.23
+"""A curved part that needs no more room along one side than so many times that along the other has a square board."""
 LEAST_WALL = 2.0
 """Cells that walls which meet are wide, unfolded: there is no room for tucked paper behind narrower ones."""
 FAR, ROOM = 3.0, 2.0
@@ -135,10 +139,11 @@ def _choice(
 ) -> PartLayout:
     corners = tuple(corners_between(unfolding.sides, driven, one.scale))
     mirrored = _mirrored(group)
-    flat = unfolding.all_corners * one.scale
+    flat = unfolding.corners * one.scale
     middle = 0.5 * (flat.min(axis=0) + flat.max(axis=0))
     first = flat[0]
-    shift = np.where(mirrored, 0.0, np.rint(first - middle) - first)
+    # the middle of the board, or half a cell beside it: always the same one, whichever corner came first
+    shift = np.where(mirrored, 0.0, np.floor(first - middle + 0.5 - TIE) - first)
     return PartLayout(unfolding, driven, fold, one, exact, corners, group, shift)
 
 
@@ -154,24 +159,24 @@ def _halves(layout: PartLayout) -> tuple[int, int]:
     if not layout.is_exact:
         extent = extent + 1.0
     for corner in layout.corners:
-        reach = corner.reach if corner.reach <= FAR * corner.height else ROOM * corner.height
+        reach = corner.reach if corner.reach <= FAR * corner.height + TIE else ROOM * corner.height
         extent = np.maximum(extent, np.abs(np.array(corner.place) + layout.shift) + reach)
     start = np.abs(_start_points(layout)).max(axis=0) + 1
-    wide, high = (max(2, math.ceil(float(t) - 1e-3)) for t in np.maximum(extent, start))
+    wide, high = (max(2, math.ceil(float(t) - TIE)) for t in np.maximum(extent, start))
     return wide, high
 
 
 def _has_room(layout: PartLayout) -> bool:
     """Whether the part is large enough to be played: sides with room for the start pattern, and walls."""
     scale, sides = layout.lattice.scale, layout.unfolding.sides
-    if max(side.length for side in sides) * scale < 2.0 or _across(layout) < LEAST_CELLS:
+    if max(side.length for side in sides) * scale < 2.0 - TIE or _across(layout) < LEAST_CELLS - TIE:
         return False
-    if any(corner.height < LEAST_WALL - 1e-3 for corner in layout.corners if corner.height > 0.0):
+    if any(corner.height < LEAST_WALL - TIE for corner in layout.corners if corner.height > 0.0):
         return False
     for k, side in enumerate(sides):
         if layout.driven[k]:
             free = 2 - layout.driven[k - 1] - layout.driven[(k + 1) % len(sides)]
-            if side.length * scale < 1.0 + free - 1e-3:
+            if side.length * scale < 1.0 + free - TIE:
                 return False
     return True
 
@@ -248,7 +253,9 @@ def start_of(layout: PartLayout) -> dict[str, Any]:
         longest = max(range(len(sides)), key=lambda k: sides[k].length)
         return _crease(layout, sides[longest])
     signs = [_sign_after(layout, points, k) for k in range(len(points))]
-    if signs[0] < 0 or (0 in signs and next(s for s in signs if s) < 0):
+    first = corners.index(min(corners))
+    corners, signs = corners[first:] + corners[:first], signs[first:] + signs[:first]
+    if next(sign for sign in signs if sign) < 0:
         signs = [-sign for sign in signs]
     return {"_target_": "origami_lab.game.Panel", "corners": corners, "signs": signs}
 
@@ -316,7 +323,7 @@ def curved_setup(surface: PartSurface, frame: PartFrame, scale: float | None = N
     height = float(np.abs(placed[:, 2]).max())
     wide, high = half + height
     aspect = 1.0 if frame.symmetry == "xyd" else float(np.clip(wide / high, 0.4, 2.5))
-    if 0.8 < aspect < 1.25:
+    if 1.0 / NEARLY_SQUARE < aspect < NEARLY_SQUARE:
         aspect = 1.0
     board = tuple(2 * round(0.5 * (CURVED_BOARD * math.sqrt(share) - 1.0)) + 1 for share in (aspect, 1.0 / aspect))
     reach = [CURVED_SHARE * 0.5 * (points - 1) for points in board]
