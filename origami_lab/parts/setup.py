@@ -155,8 +155,12 @@ def _half(layout: PartLayout) -> int:
 
 def _halves(layout: PartLayout) -> tuple[int, int]:
     """Half the sides of the board: room for the unfolded part and for what is tucked away at its corners."""
-    flat = layout.unfolding.all_corners * layout.lattice.scale + layout.shift
-    extent = np.abs(flat).max(axis=0)
+    near, further = (
+        points * layout.lattice.scale + layout.shift for points in (layout.unfolding.corners, layout.unfolding.further)
+    )
+    # what hangs on a wall may as well hang on the one opposite
+    opposite = near.min(axis=0) + near.max(axis=0) - further
+    extent = np.abs(np.concatenate([near, further, opposite])).max(axis=0)
     if not layout.is_exact:
         extent = extent + 1.0
     for corner in layout.corners:

@@ -34,13 +34,13 @@ def test_nothing_is_auto_in_what_is_written(bracket: Path) -> None:
     undecided = {key for key, value in flatten(found.config).items() if value == "auto"}
     assert undecided == {"workers", "target.closed", "objective.target.closed"}
     assert found.config["target"]["scale"] == found.config["objective"]["target"]["scale"] == pytest.approx(0.1)
-    assert found.config["start"]["ends"] == [[-3, 1], [3, 1]]
+    assert found.config["start"]["ends"] == [[-3, 0], [3, 0]]
     assert (found.game.width, found.game.height, found.game.symmetry) == (9, 11, "y")
     assert (found.game.driving_angle_max, found.game.max_crease_length) == (90.0, None)
     parts = build_parts(found)
     assert parts.target is not None
-    assert parts.target.vertices.min(axis=0) == pytest.approx([-4, -4, 0], abs=1e-5)
-    assert parts.target.vertices.max(axis=0) == pytest.approx([4, 1, 4], abs=1e-5)
+    assert parts.target.vertices.min(axis=0) == pytest.approx([-4, -5, 0], abs=1e-5)
+    assert parts.target.vertices.max(axis=0) == pytest.approx([4, 0, 4], abs=1e-5)
     assert any("1 board cell = 10 units" in line for line in remarks(found, parts))
     assert not any("is not symmetric" in line for line in remarks(found, parts))
 
