@@ -32,7 +32,7 @@ POLISHED, SIMPLIFIED = "polished", "simplified"
 FOLDER_FORMAT = 2
 """Version of what a run folder holds; folders of version 0.1.0 do not say theirs, which is 1."""
 
-SAVED = ".saved"
+CHECKPOINT = ".checkpoint"
 SEED = "seed="
 """First letters of the name of a trial's folder."""
 
@@ -42,9 +42,9 @@ def trial_folder(run: Path, seed: int) -> Path:
     return run / f"{SEED}{seed}"
 
 
-def saved_file(run: Path, seed: int) -> Path:
+def checkpoint_file(run: Path, seed: int) -> Path:
     """The file of one trial's search that is not finished."""
-    return run / f"{SEED}{seed}{SAVED}"
+    return run / f"{SEED}{seed}{CHECKPOINT}"
 
 
 def error_file(run: Path, seed: int) -> Path:

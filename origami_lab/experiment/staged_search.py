@@ -17,7 +17,7 @@ from origami_lab.config.physical_size import aimed_return
 from origami_lab.config.settings import Settings
 from origami_lab.config.stages import Stage
 from origami_lab.experiment.search_state import SearchState, state_of_bytes
-from origami_lab.runs.saved_search import SavedSearch
+from origami_lab.runs.checkpoint import Checkpoint
 from origami_lab.runs.trial_row import BUDGET, BY_ITSELF, GOAL, MINUTES, NO_DESIGN, OK, STOPPED
 from origami_lab.workers.worker_process import reason_of
 
@@ -54,7 +54,7 @@ def search_in_stages(
     parts: Parts,
     make_parts: Callable[[], Parts],
     begun: SearchState | None,
-    saves: SavedSearch,
+    checkpoints: Checkpoint,
     on_progress: Callable[[Problem, float], None],
     should_stop: Callable[[], bool] | None,
 ) -> Searched:
@@ -69,7 +69,7 @@ def search_in_stages(
         Fresh parts, and what makes others.
     begun
         The state of the trial; None if it begins.
-    saves
+    checkpoints
         Where the search is saved on the way, if its searcher does so.
     on_progress
         Told a problem that is searched, and the seconds so far.
@@ -79,7 +79,7 @@ def search_in_stages(
     while True:
         number = 0 if state is None else state.stages
         parts, used = make_parts() if used else parts, True
-        played = _play(settings, stages[number], number, seed, parts, state, saves, on_progress, should_stop)
+        played = _play(settings, stages[number], number, seed, parts, state, checkpoints, on_progress, should_stop)
         warnings += played.warnings
         if played.state is None or played.state.stages == len(stages) or played.status == STOPPED:
             return replace(played, warnings=warnings)
@@ -94,7 +94,7 @@ def _play(
     seed: int,
     parts: Parts,
     state: SearchState | None,
-    saves: SavedSearch,
+    checkpoints: Checkpoint,
     on_progress: Callable[[Problem, float], None],
     should_stop: Callable[[], bool] | None,
 ) -> Searched:
@@ -111,10 +111,10 @@ def _play(
         start = time.perf_counter()
 
         def seconds() -> float:
-            earlier = before if saves.seconds_before is None else saves.seconds_before
+            earlier = before if checkpoints.seconds_before is None else checkpoints.seconds_before
             return earlier + time.perf_counter() - start - clock.seconds
 
-        saves.begin(number, seconds)
+        checkpoints.begin(number, seconds)
         problem = Problem(
             parts.game,
             parts.objective,
@@ -125,7 +125,7 @@ def _play(
             goal=math.inf if aim is None else aimed_return(aim, settings, parts.objective, parts.target),
             time_is_up=None if stage.minutes is None else lambda: seconds() >= limit,
             begun=None if state is None else state.outcome,
-            saves=saves,
+            checkpoints=checkpoints,
         )
         plays = not problem.done and before < limit
         if plays:

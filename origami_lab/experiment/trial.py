@@ -18,8 +18,8 @@ from origami_lab.experiment.search_state import SearchState, read_state, state_o
 from origami_lab.experiment.staged_search import Searched, search_in_stages
 from origami_lab.experiment.trial_files import write_files
 from origami_lab.file_names import POLISHED, RESULT, STATE
+from origami_lab.runs.checkpoint import Checkpoint
 from origami_lab.runs.run_folder import FolderError, RunFolder
-from origami_lab.runs.saved_search import SavedSearch
 from origami_lab.runs.trial_row import FAILED, STOPPED, TrialRow, beside_row
 from origami_lab.workers.worker_process import reason_of
 
@@ -100,12 +100,12 @@ def run_trial(
                 best = problem.best_value
                 report(Progress(seed, problem.interactions, best if math.isfinite(best) else None, seconds))
 
-        saves = SavedSearch(folder.path, seed)
-        searched = search_in_stages(settings, seed, parts, make_parts, begun, saves, on_progress, should_stop)
+        checkpoints = Checkpoint(folder.path, seed)
+        searched = search_in_stages(settings, seed, parts, make_parts, begun, checkpoints, on_progress, should_stop)
         row, more = _write(settings, seed, folder, searched, keep_state)
         warnings += [*searched.warnings, *more]
         if searched.status != STOPPED:
-            saves.remove()
+            checkpoints.remove()
     if settings.polish and row.may_be_polished and not (should_stop and should_stop()):
         row, more = _polish(settings, settings.polish, folder, parts, row, report, should_stop)
         warnings += more

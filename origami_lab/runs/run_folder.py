@@ -9,7 +9,7 @@
     summary.json           mean ± std, the best seed, versions, the command
     seed=N/                one finished trial, renamed into place as a whole
     seed=N.error.txt       the traceback of a trial that failed
-    seed=N.saved           a search that is not finished, if its searcher saves itself
+    seed=N.checkpoint           a search that is not finished, if its searcher saves itself
 
 Everything visible is whole: it is written under a hidden name first. What a killed run leaves of those is cleared when
 it is resumed.
@@ -49,9 +49,9 @@ from origami_lab.file_names import (
     trial_folder,
 )
 from origami_lab.files import on_disk, read_json, remove_files, remove_folder, require_no_link, write_whole
+from origami_lab.runs.checkpoint import remove_checkpoints
 from origami_lab.runs.kept_files import keep_others
 from origami_lab.runs.locks import RUNNING, locked
-from origami_lab.runs.saved_search import remove_saves
 from origami_lab.runs.target_file import ply_bytes
 from origami_lab.runs.trial_row import TrialRow, format_trials, read_trials
 
@@ -63,7 +63,7 @@ SPARE_BYTES = 2**20
 """Free bytes that rule out a full disk as the cause of a file that failed."""
 
 _LEFTOVER = re.compile(
-    r"\.((config\.yaml|target\.ply|start\.json|trials\.csv|(summary|tracking)\.json|seed=\d+\.(error\.txt|saved))\.\d+|seed=\d+\.(\d+|old))\.tmp"
+    r"\.((config\.yaml|target\.ply|start\.json|trials\.csv|(summary|tracking)\.json|seed=\d+\.(error\.txt|checkpoint))\.\d+|seed=\d+\.(\d+|old))\.tmp"
 )
 """Names of what is being written, or was when the run was killed."""
 
@@ -152,9 +152,12 @@ class RunFolder:
             )
 
     def clear_leftovers(self) -> None:
-        """Remove what a killed process was writing, and saves of finished trials. A replaced stopped one comes back."""
+        """Remove what a killed process was writing, and checkpoints of finished trials.
+
+        A stopped trial that was being replaced comes back.
+        """
         with suppress(OSError):
-            remove_saves(self.path, lambda seed: any(row.spent_budget for row in self.rows([seed]).values()))
+            remove_checkpoints(self.path, lambda seed: any(row.spent_budget for row in self.rows([seed]).values()))
             for leftover in [file for file in self.path.iterdir() if _LEFTOVER.fullmatch(file.name)]:
                 final = self.path / leftover.name.removeprefix(".").removesuffix(".old.tmp")
                 with suppress(OSError):

@@ -19,9 +19,9 @@ from origami_lab.game.game import Game
 from origami_lab.game.kernels.play import branch, copy_to, legal_of, play_uniform, step
 from origami_lab.game.kernels.state import RUNNING, States
 from origami_lab.objectives.objective import Evaluator, Memos, Score, bind
+from origami_lab.search.checkpoints import Arrays, Checkpoints, pack, unpack
 from origami_lab.search.dense_check import certified_reach
 from origami_lab.search.random_stream import Draws
-from origami_lab.search.saves import Arrays, Saves, pack, unpack
 
 Actions = NDArray[np.int32]
 
@@ -125,7 +125,7 @@ class Problem:
         Asked as often as ``should_stop``; once it says yes the search has come to its end, too.
     begun
         What was found before, where a search goes on: its interactions count, and its best is to be exceeded.
-    saves
+    checkpoints
         Where a searcher may save itself on the way (:meth:`save`), and finds what it saved when it was killed.
     """
 
@@ -141,7 +141,7 @@ class Problem:
         goal: float = math.inf,
         time_is_up: Callable[[], bool] | None = None,
         begun: Outcome | None = None,
-        saves: Saves | None = None,
+        checkpoints: Checkpoints | None = None,
     ) -> None:
         self.game, self.objective, self.budget, self.certify = game, objective, budget, certify
         self.goal = goal
@@ -159,7 +159,7 @@ class Problem:
             self.places_evaluated, self.best_value = begun.places_evaluated, begun.value
             self.improvements += begun.improvements
         self._on_progress, self._should_stop, self._time_is_up = on_progress, should_stop, time_is_up
-        self._saves = saves
+        self._checkpoints = checkpoints
         self._stopped = self._late = False
         self._next_check = 0
         self._check_every = 1
@@ -321,20 +321,20 @@ class Problem:
 
     # --- saving ------------------------------------------------------------------------------------------------------
 
-    def save(self, arrays: Callable[[], Arrays]) -> None:
+    def checkpoint(self, arrays: Callable[[], Arrays]) -> None:
         """Save the search if it is time to, about twice a minute: the problem, and arrays of numbers of the searcher's.
 
         They must be all that its further course depends on, so that it comes to the same, bit for bit, gone on with or
         not. A search that is to be saved is long, and asks often.
         """
-        if self._saves is not None and self._saves.due:
+        if self._checkpoints is not None and self._checkpoints.due:
             facts: dict[str, Any] = {name: getattr(self, name) for name in _SAVED}
             facts["improvements"] = [astuple(each) for each in self.improvements]
-            self._saves.write(pack(facts, arrays()))
+            self._checkpoints.write(pack(facts, arrays()))
 
-    def saved(self) -> dict[str, NDArray[Any]] | None:
+    def last_checkpoint(self) -> dict[str, NDArray[Any]] | None:
         """The arrays that were saved last, and the problem as it was then; None if nothing was."""
-        content = None if self._saves is None else self._saves.read()
+        content = None if self._checkpoints is None else self._checkpoints.read()
         found = None if content is None else unpack(content)
         if found is None:
             return None

@@ -16,8 +16,8 @@ from origami_lab.config.compose import compose_settings
 from origami_lab.config.instantiate import Parts, build_parts
 from origami_lab.experiment.search_state import SearchState, read_state, state_of_bytes
 from origami_lab.experiment.staged_search import search_in_stages, stage_generator
+from origami_lab.runs.checkpoint import Checkpoint
 from origami_lab.runs.run_folder import RunFolder
-from origami_lab.runs.saved_search import SavedSearch
 from origami_lab.runs.trial_row import TrialRow
 from origami_lab.search.evolution import EvolutionarySearch
 from origami_lab.search.neighbourhood.search import NeighbourhoodSearch
@@ -203,8 +203,8 @@ def played(settings: Any, searcher: Any = None, begun: Any = None, stop: Any = N
         parts = build_parts(settings)
         return parts if searcher is None else replace(parts, searcher=searcher())
 
-    saves = SavedSearch(Path("nowhere"), 0)  # none of these searchers saves itself on the way
-    return search_in_stages(settings, 0, make(), make, begun, saves, lambda problem, seconds: None, stop)
+    checkpoints = Checkpoint(Path("nowhere"), 0)  # none of these searchers saves itself on the way
+    return search_in_stages(settings, 0, make(), make, begun, checkpoints, lambda problem, seconds: None, stop)
 
 
 def test_a_searcher_of_the_user_s_may_save_and_load() -> None:

@@ -213,7 +213,7 @@ def test_a_batch_may_leave_a_minibatch_of_one() -> None:
 
 
 class Memory:
-    """Saves that are all kept, one before each batch."""
+    """Checkpoints that are all kept, one before each batch."""
 
     def __init__(self, content: bytes | None = None) -> None:
         self.content, self.kept, self.due = content, list[bytes](), True
@@ -232,13 +232,13 @@ def test_a_search_that_was_killed_goes_on_to_the_same_bits(observation: str) -> 
     searcher = ProximalPolicyOptimization(observation, 20, batch=130, games=5, epochs=2, layers=[16])
     game, objective = Game(9, "y", Rectangle(), max_crease_length=4, source_action="boundary"), ShapeObjective(cube())
 
-    def search(content: bytes | None, saves: bool = True) -> tuple[Any, list[bytes]]:
+    def search(content: bytes | None, checkpoints: bool = True) -> tuple[Any, list[bytes]]:
         memory = Memory(content)
-        problem = Problem(game, objective, 1000, saves=memory if saves else None)
+        problem = Problem(game, objective, 1000, checkpoints=memory if checkpoints else None)
         searcher.search(problem, np.random.default_rng(3))
         return problem.outcome(), memory.kept
 
-    plain, _ = search(None, saves=False)
+    plain, _ = search(None, checkpoints=False)
     whole, kept = search(None)
     assert whole == plain
     assert len(kept) == 8  # before each of the batches, the first included

@@ -1,4 +1,4 @@
-"""The file of a search that is not finished: ``seed=N.saved`` in the run folder, whole whenever the run is killed."""
+"""The file of a search that is not finished: ``seed=N.checkpoint`` in the run folder, whole whenever that is killed."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from contextlib import suppress
 from pathlib import Path
 
 from origami_lab.about import __version__
-from origami_lab.file_names import RESULT, SAVED, SEED, saved_file, trial_folder
+from origami_lab.file_names import CHECKPOINT, RESULT, SEED, checkpoint_file, trial_folder
 from origami_lab.files import regular_bytes, remove_files, write_whole
 
 SAVE_SECONDS = 30.0
-"""Time between two saves: what a killed search loses, at most, but for what it plays until it can save."""
+"""Time between two checkpoints: what a killed search loses, at most, but for what it plays until it can save."""
 LARGEST_SAVE = 2**32
 """Bytes of a file that is read: the policy of the largest observation that is allowed, with Adam's moments."""
 
 
-class SavedSearch:
+class Checkpoint:
     """Where a trial's search is saved, if its searcher saves anything.
 
     A save that cannot be written leaves the one before; one that is damaged, or of another version, counts as none.
@@ -33,7 +33,7 @@ class SavedSearch:
     """
 
     def __init__(self, folder: Path, seed: int) -> None:
-        self.path = saved_file(folder, seed)
+        self.path = checkpoint_file(folder, seed)
         self.seconds_before: float | None = None
         """Seconds that the search had taken when it was saved, if it goes on from there."""
         self._stage = 0
@@ -80,13 +80,13 @@ class SavedSearch:
             remove_files(self.path.parent, [self.path.name])
 
 
-def remove_saves(folder: Path, is_finished: Callable[[int], bool]) -> None:
-    """Remove the saves of finished trials from a run folder: it may have been killed before it did so.
+def remove_checkpoints(folder: Path, is_finished: Callable[[int], bool]) -> None:
+    """Remove the checkpoints of finished trials from a run folder: it may have been killed before it did so.
 
     One that is younger than the trial's result is of a later stage, which is not finished.
     """
-    for file in folder.glob(f"{SEED}*{SAVED}"):
-        seed = file.name.removeprefix(SEED).removesuffix(SAVED)
+    for file in folder.glob(f"{SEED}*{CHECKPOINT}"):
+        seed = file.name.removeprefix(SEED).removesuffix(CHECKPOINT)
         if seed.isdigit() and is_finished(int(seed)):
             result = trial_folder(folder, int(seed)) / RESULT
             if file.stat().st_mtime_ns <= result.stat().st_mtime_ns:

@@ -16,7 +16,7 @@ Arrays = Mapping[str, NDArray[Any]]
 _FACTS = "facts"
 
 
-class Saves(Protocol):
+class Checkpoints(Protocol):
     """Where a search is saved: what is given last is what is found."""
 
     @property

@@ -1,4 +1,4 @@
-"""PPO saved between two batches: all that its further course depends on, as arrays of numbers."""
+"""PPO as arrays of numbers: what its policy has learned, and all that its further course depends on."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Saving(BaseCallback):
         self.problem, self.episodes = problem, episodes
 
     def _on_rollout_start(self) -> None:
-        self.problem.save(lambda: arrays_of(self.model, self.episodes))
+        self.problem.checkpoint(lambda: arrays_of(self.model, self.episodes))
 
     def _on_step(self) -> bool:
         return True
@@ -34,12 +34,9 @@ class Saving(BaseCallback):
 
 def arrays_of(model: MaskedLearner, episodes: Episodes) -> dict[str, NDArray[Any]]:
     """The policy, its optimiser, the episodes that run, and the generators of random numbers."""
-    policy = model.policy
     _, keys, place, has_gauss, gauss = np.random.get_state()  # noqa: NPY002
     numbers = [model.num_timesteps, place, has_gauss]
     arrays = {
-        "seen": policy.networks.seen,
-        "weights": policy.networks.weights.detach().numpy(),
         "numbers": np.array(numbers, dtype=np.int64),
         "gauss": np.array(gauss),
         "numpy": keys,
@@ -47,19 +44,20 @@ def arrays_of(model: MaskedLearner, episodes: Episodes) -> dict[str, NDArray[Any
         "episode_starts": np.asarray(model._last_episode_starts),
         "episodes": np.frombuffer(json.dumps(episodes.actions).encode(), dtype=np.uint8),
     }
+    return policy_arrays(model) | arrays
+
+
+def policy_arrays(model: MaskedLearner) -> dict[str, NDArray[Any]]:
+    """What was learned: the policy and its optimiser."""
+    policy = model.policy
     state = policy.optimizer.state.get(policy.networks.weights, {})  # none before the first update
-    return arrays | {moment: numbers.numpy() for moment, numbers in state.items()}
+    learned = {"seen": policy.networks.seen.copy(), "weights": policy.networks.weights.detach().numpy().copy()}
+    return learned | {moment: numbers.numpy().copy() for moment, numbers in state.items()}
 
 
 def restore(model: MaskedLearner, episodes: Episodes, arrays: Mapping[str, NDArray[Any]]) -> None:
     """Make a new model, which was made of the same seed and settings, and its episodes what they were when saved."""
-    policy = model.policy
-    policy.see(arrays["seen"])
-    weights = policy.networks.weights
-    with torch.no_grad():
-        weights.copy_(torch.from_numpy(arrays["weights"]))
-    if "step" in arrays:
-        policy.optimizer.state[weights] = {moment: torch.from_numpy(arrays[moment]) for moment in _MOMENTS}
+    restore_policy(model, arrays)
     episodes.go_back(json.loads(arrays["episodes"].tobytes()))
     model._last_obs = episodes.observations.copy()
     model._last_episode_starts = arrays["episode_starts"]
@@ -67,3 +65,14 @@ def restore(model: MaskedLearner, episodes: Episodes, arrays: Mapping[str, NDArr
     model.num_timesteps = timesteps
     np.random.set_state(("MT19937", arrays["numpy"], place, has_gauss, float(arrays["gauss"])))  # noqa: NPY002
     torch.set_rng_state(torch.from_numpy(arrays["torch"]))
+
+
+def restore_policy(model: MaskedLearner, arrays: Mapping[str, NDArray[Any]]) -> None:
+    """Give a new model of the same settings what another one has learned."""
+    policy = model.policy
+    policy.see(arrays["seen"])
+    weights = policy.networks.weights
+    with torch.no_grad():
+        weights.copy_(torch.from_numpy(arrays["weights"]))
+    if "step" in arrays:
+        policy.optimizer.state[weights] = {moment: torch.from_numpy(arrays[moment]) for moment in _MOMENTS}
