@@ -47,7 +47,7 @@ def main(arguments: Sequence[str]) -> int:
     print(f"run it:\n  {one_line(line)}")
     if options.text:
         return 0
-    from origami_lab.drawing.part_picture import part_page, part_picture, png_bytes
+    from origami_lab.drawing.part_drawing import part_page, part_picture, png_bytes
 
     picture = png_bytes(part_picture(part))
     page = part_page(part, picture, found, remarks, line)

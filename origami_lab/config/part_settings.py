@@ -21,7 +21,7 @@ from origami_lab.files import expanded
 from origami_lab.game import start_patterns
 from origami_lab.lengths import millimetres
 from origami_lab.targets.mesh_reader import millimetres_per_unit
-from origami_lab.targets.mesh_target import MOST_FACES
+from origami_lab.targets.mesh_target import MOST_FACES, check_settings
 
 if TYPE_CHECKING:
     from origami_lab.parts.analysis import PartAnalysis
@@ -80,15 +80,16 @@ def _chosen(values: Node, wanted: list[str]) -> tuple[dict[str, Any], tuple[str,
 
     target = resolved_up(values["target"])
     given = {key: None if target.get(key) == AUTO else target.get(key) for key in ("rotate", "scale")}
-    _check_given(given)
+    names = ("path", "closed", "max_faces", "up")
+    said = {name: target[name] for name in names if name in target}
+    check_settings(**said, **{key: value for key, value in given.items() if value is not None})
     full = _true_scale(values)
     if full is not None:
         given["scale"] = full * (1.0 if given["scale"] is None else float(given["scale"]))
-    most = target.get("max_faces", MOST_FACES)
     part = analyse_part(
-        expanded(str(target.get("path"))),
+        expanded(target["path"]),
         up=str(target.get("up", "z")),
-        max_faces=most if isinstance(most, int) and not isinstance(most, bool) else MOST_FACES,
+        max_faces=target.get("max_faces", MOST_FACES),
         **given,
     )
     chosen = settings_of(part)
@@ -150,16 +151,6 @@ def _symmetry(own: str, start: Node, square_board: bool) -> str:
             continue
         return name
     return "none"
-
-
-def _check_given(given: Node) -> None:
-    """Raise InputError for a rotation or a scale that the target would refuse."""
-    from origami_lab.targets.mesh_target import check_rotation, check_scale
-
-    if given["rotate"] is not None:
-        check_rotation(given["rotate"])
-    if given["scale"] is not None:
-        check_scale(given["scale"])
 
 
 def _begun(values: Node) -> dict[str, Any] | None:

@@ -1,7 +1,7 @@
 """Public names, and the modules that they live in; each is imported when it is first used."""
 
 from .analysis import PartAnalysis, analyse_part
-from .flat_regions import FlatRegion
+from .flat_region import FlatRegion
 from .setup import PartSetup
 
 __all__ = [

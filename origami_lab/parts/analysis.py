@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from origami_lab.parts.flat_regions import FlatRegion, flat_regions
-from origami_lab.parts.frame import Frame, find_frame, is_flat_faced
-from origami_lab.parts.setup import Layout, PartSetup, curved_setup, flat_setup, lay_out
+from origami_lab.parts.flat_region import FlatRegion, flat_regions
+from origami_lab.parts.frame import PartFrame, find_frame, is_flat_faced
+from origami_lab.parts.setup import PartLayout, PartSetup, curved_setup, flat_setup, lay_out
 from origami_lab.parts.shape_measures import Curvature, covered_share, curvature
-from origami_lab.parts.surface import Array, Surface, read_surface
+from origami_lab.parts.surface import Array, PartSurface, read_surface
 from origami_lab.targets.mesh_reader import GLTF
 from origami_lab.targets.mesh_target import MOST_FACES, rotation_matrix
 from origami_lab.targets.target import Target
@@ -27,12 +27,12 @@ class PartAnalysis:
     """A part: what its file holds, in the file's units, and the settings that suit it."""
 
     path: Path
-    surface: Surface
+    surface: PartSurface
     regions: tuple[FlatRegion, ...]
     """Its flat regions, the largest first."""
-    frame: Frame
+    frame: PartFrame
     """How it lies on the board."""
-    layout: Layout | None
+    layout: PartLayout | None
     """How its base and walls lie on board points; None for a part that is not flat-faced or has no base with walls."""
     curvature: Curvature
     """How its curved parts bend."""
@@ -130,7 +130,7 @@ def analyse_part(
     )
 
 
-def _unit(surface: Surface, path: Path) -> str:
+def _unit(surface: PartSurface, path: Path) -> str:
     """Millimetres, unless it would be smaller than a fingernail."""
     if path.suffix.lower().lstrip(".") in GLTF:
         return "m"

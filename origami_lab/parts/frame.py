@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from origami_lab.geometry.groups import GROUPS
-from origami_lab.parts.flat_regions import FlatRegion
-from origami_lab.parts.surface import Array, Surface
+from origami_lab.parts.flat_region import FlatRegion
+from origami_lab.parts.surface import Array, PartSurface
 from origami_lab.targets.target import Target
 
 FLAT_SHARE = 0.99
@@ -38,7 +38,7 @@ SNAPPED = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
+class PartFrame:
     """A place on the board: where the file's points come to lie, but for the scale."""
 
     rotation: Array
@@ -57,7 +57,7 @@ class Frame:
         return np.asarray((points - self.origin) @ self.rotation.T)
 
 
-def is_flat_faced(surface: Surface, regions: Sequence[FlatRegion]) -> bool:
+def is_flat_faced(surface: PartSurface, regions: Sequence[FlatRegion]) -> bool:
     """Whether a part consists of flat regions, a few, with sharp edges between them."""
     share = sum(region.area for region in regions) / surface.area
     if share < FLAT_SHARE or len(regions) > MOST_FACES:
@@ -67,8 +67,8 @@ def is_flat_faced(surface: Surface, regions: Sequence[FlatRegion]) -> bool:
     return len(regions) <= FEW_FACES or 2.0 * faint < sum(side.length for side in hinges)
 
 
-def find_frame(surface: Surface, regions: Sequence[FlatRegion], rotation: Array | None = None) -> Frame:
-    """The frame of a part; with a rotation, (3, 3) as in :class:`Frame`, it is not turned otherwise."""
+def find_frame(surface: PartSurface, regions: Sequence[FlatRegion], rotation: Array | None = None) -> PartFrame:
+    """The frame of a part; with a rotation, (3, 3) as in :class:`PartFrame`, it is not turned otherwise."""
     base = _base(surface, regions, rotation)
     candidates = []
     if rotation is not None:
@@ -82,7 +82,7 @@ def find_frame(surface: Surface, regions: Sequence[FlatRegion], rotation: Array 
     return max(candidates, key=lambda frame: compare(_signature(surface, frame)))
 
 
-def _base(surface: Surface, regions: Sequence[FlatRegion], rotation: Array | None) -> int | None:
+def _base(surface: PartSurface, regions: Sequence[FlatRegion], rotation: Array | None) -> int | None:
     """The flat region to begin with: with its walls it has most of the area."""
     if not regions:
         return None
@@ -121,7 +121,7 @@ def _largest(scores: dict[int, tuple[float, ...]], area: float) -> int | None:
     return best
 
 
-def _rotations(surface: Surface, regions: Sequence[FlatRegion], base: int | None) -> Iterator[Array]:
+def _rotations(surface: PartSurface, regions: Sequence[FlatRegion], base: int | None) -> Iterator[Array]:
     """The rotations to choose from: two ways up, and turned by quarters."""
     up = regions[base].normal if base is not None else _up(surface)
     turned = _edges_direction(regions[base]) if base is not None and is_flat_faced(surface, regions) else None
@@ -140,7 +140,7 @@ def _snapped(rotation: Array, unsure: float) -> Array:
     return whole if float(np.abs(rotation - whole).max()) <= unsure else rotation
 
 
-def _up(surface: Surface) -> Array:
+def _up(surface: PartSurface) -> Array:
     """The way a surface opens or, of one that opens nowhere, along which it is spread least."""
     opens = surface.vector_area
     if np.linalg.norm(opens) > OPENS * surface.area:
@@ -166,7 +166,7 @@ def _edges_direction(region: FlatRegion) -> Array:
     return np.asarray(math.cos(angles[best]) * x + math.sin(angles[best]) * y)
 
 
-def _direction(surface: Surface, z: Array) -> Array:
+def _direction(surface: PartSurface, z: Array) -> Array:
     """The direction across z that a mirror of the part has or, if it has none, along which it is widest."""
     helper = np.eye(3)[int(np.argmin(np.abs(z)))]
     x = np.cross(helper, z)
@@ -198,8 +198,8 @@ _RANK = {name: rank for rank, name in enumerate(("none", "x", "y", "xy", "xyd"))
 
 
 def _frame(
-    surface: Surface, rotation: Array, regions: Sequence[FlatRegion], base: int | None, symmetry: str | None
-) -> Frame:
+    surface: PartSurface, rotation: Array, regions: Sequence[FlatRegion], base: int | None, symmetry: str | None
+) -> PartFrame:
     """The frame with a rotation, and its symmetry, if that is known."""
     turned = surface.vertices @ rotation.T
     low, high = turned.min(axis=0), turned.max(axis=0)
@@ -211,7 +211,7 @@ def _frame(
         middle[2] = float(heights.min()) if len(heights) else low[2]
     origin = middle @ rotation
     symmetry = _symmetry(surface, rotation, origin) if symmetry is None else symmetry
-    return Frame(rotation, origin, symmetry, base, base is not None or bool(len(heights)))
+    return PartFrame(rotation, origin, symmetry, base, base is not None or bool(len(heights)))
 
 
 def _heights(triangles: Array, place: Array, precision: float) -> Array:
@@ -229,7 +229,7 @@ def _cross(u: Array, v: Array) -> Array:
     return np.asarray(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
 
 
-def _symmetry(surface: Surface, rotation: Array, origin: Array) -> str:
+def _symmetry(surface: PartSurface, rotation: Array, origin: Array) -> str:
     """The largest group that a part has about the vertical axis through a point."""
     target: Target | None = None
 
@@ -251,7 +251,7 @@ def _symmetry(surface: Surface, rotation: Array, origin: Array) -> str:
     return "y" if across else "x" if along else "none"
 
 
-def _has_moments(surface: Surface, rotation: Array, origin: Array, image: Array) -> bool:
+def _has_moments(surface: PartSurface, rotation: Array, origin: Array, image: Array) -> bool:
     """Whether a part's moments are those of its image: cheap, and nearly no part passes that is not symmetric."""
     first = rotation @ (surface.centroid - origin) / surface.size
     _, second, third = _turned_moments(surface, rotation)
@@ -265,14 +265,14 @@ def _has_moments(surface: Surface, rotation: Array, origin: Array, image: Array)
     )
 
 
-def _turned_moments(surface: Surface, rotation: Array) -> tuple[Array, Array, Array]:
+def _turned_moments(surface: PartSurface, rotation: Array) -> tuple[Array, Array, Array]:
     """The middle of a part's area, and its moments, in turned axes."""
     second, third = surface.moments
     turned = np.einsum("il,jm,kn,lmn->ijk", rotation, rotation, rotation, third, optimize=True)
     return rotation @ surface.centroid, rotation @ second @ rotation.T, np.asarray(turned)
 
 
-def _signature(surface: Surface, frame: Frame) -> list[float]:
+def _signature(surface: PartSurface, frame: PartFrame) -> list[float]:
     """Measures of a placed part, by which the frame is chosen: the first that differs counts, the larger wins.
 
     The part is to rise above the sheet, to have as much symmetry as the board's groups can say, to be wider than deep,

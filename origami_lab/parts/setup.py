@@ -11,16 +11,20 @@ from typing import Any
 import numpy as np
 
 from origami_lab.parts.corners import Corner, corners_between
-from origami_lab.parts.flat_regions import FlatRegion
-from origami_lab.parts.frame import Frame, is_flat_faced
+from origami_lab.parts.flat_region import FlatRegion
+from origami_lab.parts.frame import PartFrame, is_flat_faced
 from origami_lab.parts.lattice import Lattice, lattices
-from origami_lab.parts.surface import Array, Surface
+from origami_lab.parts.surface import Array, PartSurface
 from origami_lab.parts.unfolding import BaseSide, Unfolding, unfold
 
 MOST_HALF = 40
 """Cells from the middle of the largest board that is chosen to its edge."""
 LEAST_CELLS = 6
 """Cells across the smallest part that is chosen."""
+TIE = 1e-3
+"""Cells: lengths that differ by less are one, so that rounding decides nothing."""
+NEARLY_SQUARE = 1.23
+"""A curved part that needs no more room along one side than so many times that along the other has a square board."""
 LEAST_WALL = 2.0
 """Cells that walls which meet are wide, unfolded: there is no room for tucked paper behind narrower ones."""
 FAR, ROOM = 3.0, 2.0
@@ -64,7 +68,7 @@ class PartSetup:
 
 
 @dataclass(frozen=True, eq=False)
-class Layout:
+class PartLayout:
     """How a flat-faced part lies on the board."""
 
     unfolding: Unfolding
@@ -82,8 +86,12 @@ class Layout:
     """(2,) cells by which the part is moved from its middle on the board."""
 
 
-def lay_out(surface: Surface, regions: Sequence[FlatRegion], frame: Frame, scale: float | None = None) -> Layout | None:
-    """The layout of a flat-faced part, at a given scale if there is one; None if it has no base with walls."""
+def lay_out(
+    surface: PartSurface, regions: Sequence[FlatRegion], frame: PartFrame, scale: float | None = None
+) -> PartLayout | None:
+    """The layout of a flat-faced part, at a given scale if there is one; None if it has no base with walls, or
+    no board for it.
+    """
     if frame.base is None or not is_flat_faced(surface, regions):
         return None
     unfolding = unfold(regions, frame)
@@ -104,10 +112,11 @@ def lay_out(surface: Surface, regions: Sequence[FlatRegion], frame: Frame, scale
             _choice(surface, unfolding, driven, fold, group, one, is_exact)
             for one, is_exact in [*((one, True) for one in exact), (near, False)]
         ]
+    choices = [choice for choice in choices if _can_begin(choice)]
     # small boards first, and on each the most symmetry; the first on board points, else the first that fits
     order = {name: rank for rank, name in enumerate(("xy", "y", "x", "none"))}
     choices.sort(key=lambda c: (_half(c), order[c.symmetry]))
-    fitting = [c for c in choices if _half(c) <= MOST_HALF] or choices[:1]
+    fitting = [c for c in choices if _half(c) <= MOST_HALF]
     roomy = [c for c in fitting if _has_room(c)]
     for some in (
         [c for c in roomy if c.is_exact],
@@ -121,58 +130,69 @@ def lay_out(surface: Surface, regions: Sequence[FlatRegion], frame: Frame, scale
 
 
 def _choice(
-    surface: Surface,
+    surface: PartSurface,
     unfolding: Unfolding,
     driven: tuple[bool, ...],
     fold: float,
     group: Group,
     one: Lattice,
     exact: bool,
-) -> Layout:
+) -> PartLayout:
     corners = tuple(corners_between(unfolding.sides, driven, one.scale))
     mirrored = _mirrored(group)
-    flat = unfolding.all_corners * one.scale
+    flat = unfolding.corners * one.scale
     middle = 0.5 * (flat.min(axis=0) + flat.max(axis=0))
     first = flat[0]
-    shift = np.where(mirrored, 0.0, np.rint(first - middle) - first)
-    return Layout(unfolding, driven, fold, one, exact, corners, group, shift)
+    # the middle of the board, or half a cell beside it: always the same one, whichever corner came first
+    shift = np.where(mirrored, 0.0, np.floor(first - middle + 0.5 - TIE) - first)
+    return PartLayout(unfolding, driven, fold, one, exact, corners, group, shift)
 
 
-def _half(layout: Layout) -> int:
+def _half(layout: PartLayout) -> int:
     """Cells from the middle of the board to its edge, in the longer direction."""
     return max(_halves(layout))
 
 
-def _halves(layout: Layout) -> tuple[int, int]:
+def _halves(layout: PartLayout) -> tuple[int, int]:
     """Half the sides of the board: room for the unfolded part and for what is tucked away at its corners."""
     flat = layout.unfolding.all_corners * layout.lattice.scale + layout.shift
     extent = np.abs(flat).max(axis=0)
     if not layout.is_exact:
         extent = extent + 1.0
     for corner in layout.corners:
-        reach = corner.reach if corner.reach <= FAR * corner.height else ROOM * corner.height
+        reach = corner.reach if corner.reach <= FAR * corner.height + TIE else ROOM * corner.height
         extent = np.maximum(extent, np.abs(np.array(corner.place) + layout.shift) + reach)
     start = np.abs(_start_points(layout)).max(axis=0) + 1
-    wide, high = (max(2, math.ceil(float(t) - 1e-3)) for t in np.maximum(extent, start))
+    wide, high = (max(2, math.ceil(float(t) - TIE)) for t in np.maximum(extent, start))
     return wide, high
 
 
-def _has_room(layout: Layout) -> bool:
+def _has_room(layout: PartLayout) -> bool:
     """Whether the part is large enough to be played: sides with room for the start pattern, and walls."""
     scale, sides = layout.lattice.scale, layout.unfolding.sides
-    if max(side.length for side in sides) * scale < 2.0 or _across(layout) < LEAST_CELLS:
+    if max(side.length for side in sides) * scale < 2.0 - TIE or _across(layout) < LEAST_CELLS - TIE:
         return False
-    if any(corner.height < LEAST_WALL - 1e-3 for corner in layout.corners if corner.height > 0.0):
+    if any(corner.height < LEAST_WALL - TIE for corner in layout.corners if corner.height > 0.0):
         return False
     for k, side in enumerate(sides):
         if layout.driven[k]:
             free = 2 - layout.driven[k - 1] - layout.driven[(k + 1) % len(sides)]
-            if side.length * scale < 1.0 + free - 1e-3:
+            if side.length * scale < 1.0 + free - TIE:
                 return False
     return True
 
 
-def _across(layout: Layout) -> float:
+def _can_begin(layout: PartLayout) -> bool:
+    """Whether no driven side is so short, at a given scale, that both its ends come to lie on one board point."""
+    ends = [
+        np.rint(layout.lattice.scale * np.array([side.start, side.end]) + layout.shift)
+        for side, is_driven in zip(layout.unfolding.sides, layout.driven, strict=True)
+        if is_driven
+    ]
+    return all((start != end).any() for start, end in ends)
+
+
+def _across(layout: PartLayout) -> float:
     """The longer side of the unfolded part, cells."""
     return float(np.ptp(layout.unfolding.all_corners, axis=0).max()) * layout.lattice.scale
 
@@ -214,7 +234,7 @@ def _fits_start(group: Group, sides: Sequence[BaseSide], driven: Sequence[bool])
     return group == ("y" if across[0] > 0.5 else "x") and bool(across.min() < 1e-6)
 
 
-def _start_points(layout: Layout) -> Array:
+def _start_points(layout: PartLayout) -> Array:
     """(n, 2) the ends of the driven sides, drawn in where a side ends freely, round the base; board points if exact."""
     sides, driven = layout.unfolding.sides, layout.driven
     points: list[Array] = []
@@ -235,7 +255,7 @@ def _start_points(layout: Layout) -> Array:
     return np.array(distinct)
 
 
-def start_of(layout: Layout) -> dict[str, Any]:
+def start_of(layout: PartLayout) -> dict[str, Any]:
     """The start pattern of a flat-faced part: its base, as far as walls hang on it."""
     points = _start_points(layout).astype(int)
     corners = [[int(x), int(y)] for x, y in points]
@@ -244,14 +264,16 @@ def start_of(layout: Layout) -> dict[str, Any]:
         longest = max(range(len(sides)), key=lambda k: sides[k].length)
         return _crease(layout, sides[longest])
     signs = [_sign_after(layout, points, k) for k in range(len(points))]
-    if signs[0] < 0 or (0 in signs and next(s for s in signs if s) < 0):
+    first = corners.index(min(corners))
+    corners, signs = corners[first:] + corners[:first], signs[first:] + signs[:first]
+    if next(sign for sign in signs if sign) < 0:
         signs = [-sign for sign in signs]
     return {"_target_": "origami_lab.game.Panel", "corners": corners, "signs": signs}
 
 
-def _crease(layout: Layout, side: BaseSide) -> dict[str, Any]:
+def _crease(layout: PartLayout, side: BaseSide) -> dict[str, Any]:
     """A single crease along a side of the base, whose panel stays in the plane."""
-    alone = Layout(
+    alone = PartLayout(
         layout.unfolding,
         tuple(other is side for other in layout.unfolding.sides),
         *(layout.fold, layout.lattice, layout.is_exact, (), layout.symmetry, layout.shift),
@@ -268,7 +290,7 @@ def _crease(layout: Layout, side: BaseSide) -> dict[str, Any]:
     }
 
 
-def _sign_after(layout: Layout, points: Array, k: int) -> int:
+def _sign_after(layout: PartLayout, points: Array, k: int) -> int:
     """The sign of the side of the start panel after its k-th corner: that of the driven side which it is part of."""
     middle = (0.5 * (points[k] + points[(k + 1) % len(points)]) - layout.shift) / layout.lattice.scale
     for side, is_driven in zip(layout.unfolding.sides, layout.driven, strict=True):
@@ -287,7 +309,7 @@ def _is_convex(points: Array) -> bool:
     return bool((turns > 0).all())
 
 
-def flat_setup(layout: Layout, frame: Frame, closed: bool) -> PartSetup:
+def flat_setup(layout: PartLayout, frame: PartFrame, closed: bool) -> PartSetup:
     """The settings for a flat-faced part."""
     wide, high = _halves(layout)
     scale = layout.lattice.scale
@@ -305,14 +327,14 @@ def flat_setup(layout: Layout, frame: Frame, closed: bool) -> PartSetup:
     )
 
 
-def curved_setup(surface: Surface, frame: Frame, scale: float | None = None) -> PartSetup:
+def curved_setup(surface: PartSurface, frame: PartFrame, scale: float | None = None) -> PartSetup:
     """The settings for a part with curved regions, or whose flat ones do not hang on one base."""
     placed = frame.placed(surface.vertices)
     half = 0.5 * np.ptp(placed, axis=0)[:2]
     height = float(np.abs(placed[:, 2]).max())
     wide, high = half + height
     aspect = 1.0 if frame.symmetry == "xyd" else float(np.clip(wide / high, 0.4, 2.5))
-    if 0.8 < aspect < 1.25:
+    if 1.0 / NEARLY_SQUARE < aspect < NEARLY_SQUARE:
         aspect = 1.0
     board = tuple(2 * round(0.5 * (CURVED_BOARD * math.sqrt(share) - 1.0)) + 1 for share in (aspect, 1.0 / aspect))
     reach = [CURVED_SHARE * 0.5 * (points - 1) for points in board]
@@ -343,6 +365,6 @@ def rotation_angles(rotation: Array) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _translation(frame: Frame, scale: float, shift: Array) -> tuple[float, float, float]:
+def _translation(frame: PartFrame, scale: float, shift: Array) -> tuple[float, float, float]:
     x, y, z = (float(t) + 0.0 for t in shift - scale * (frame.rotation @ frame.origin))
     return x, y, z

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from origami_lab.parts.flat_regions import FlatRegion
-from origami_lab.parts.frame import Frame, is_flat_faced
-from origami_lab.parts.surface import Array, Surface
+from origami_lab.parts.flat_region import FlatRegion
+from origami_lab.parts.frame import PartFrame, is_flat_faced
+from origami_lab.parts.surface import Array, PartSurface
 
 PLUMB_LINES = 1000
 MOST_TESTS = 20_000_000
@@ -35,7 +35,7 @@ class Curvature:
         return float(self.shares[count - 1]) if count else 0.0
 
 
-def curvature(surface: Surface, regions: Sequence[FlatRegion]) -> Curvature:
+def curvature(surface: PartSurface, regions: Sequence[FlatRegion]) -> Curvature:
     """The curvature of a surface, from the angles between neighbours in its mesh."""
     pairs, _ = surface.neighbours
     if not len(pairs) or is_flat_faced(surface, regions):
@@ -57,7 +57,7 @@ def curvature(surface: Surface, regions: Sequence[FlatRegion]) -> Curvature:
     return Curvature(radii[order], np.cumsum(surface.areas[order]) / surface.area)
 
 
-def covered_share(surface: Surface, frame: Frame) -> float:
+def covered_share(surface: PartSurface, frame: PartFrame) -> float:
     """The part of a surface above which there is more of it, as it lies on the board."""
     count = int(np.clip(MOST_TESTS // len(surface.faces), 20, PLUMB_LINES))
     placed = frame.placed(surface.corners)

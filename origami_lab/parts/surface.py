@@ -32,7 +32,7 @@ THIRD_DEGREE = (
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class PartSurface:
     """A part's surface, in units and axes of its file."""
 
     vertices: Array
@@ -134,7 +134,7 @@ class Surface:
         return _count(int(index.max()) + 1, index.reshape(-1, 2))
 
 
-def read_surface(path: str | Path, max_faces: int) -> Surface:
+def read_surface(path: str | Path, max_faces: int) -> PartSurface:
     """A mesh file's surface, its vertices joined as far as the file's own digits leave it open.
 
     Raises
@@ -146,7 +146,7 @@ def read_surface(path: str | Path, max_faces: int) -> Surface:
     return surface_of(vertices, faces, precision, path)
 
 
-def surface_of(vertices: Array, faces: Indices, precision: float, name: object = "part") -> Surface:
+def surface_of(vertices: Array, faces: Indices, precision: float, name: object = "part") -> PartSurface:
     """The surface of a triangle mesh, (V, 3) and (F, 3), whose coordinates are known to a precision.
 
     Raises
@@ -168,7 +168,7 @@ def surface_of(vertices: Array, faces: Indices, precision: float, name: object =
     if len(faces) == 0 or not _double_areas(vertices, faces).sum() > 1e-12 * extent * extent:
         raise InputError("target.path", name, "its triangles have no area")
     vertices, faces = used(vertices + middle, faces)
-    return Surface(vertices, _turned_alike(faces), precision)
+    return PartSurface(vertices, _turned_alike(faces), precision)
 
 
 def sides_of(faces: Indices) -> Indices:

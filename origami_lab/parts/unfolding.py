@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from origami_lab.parts.flat_regions import FlatRegion, Side
-from origami_lab.parts.frame import Frame
+from origami_lab.parts.flat_region import FlatRegion, Side
+from origami_lab.parts.frame import PartFrame
 from origami_lab.parts.surface import Array
 
 
@@ -51,7 +51,7 @@ class Unfolding:
         return np.concatenate([self.corners, self.further])
 
 
-def unfold(regions: Sequence[FlatRegion], frame: Frame) -> Unfolding:
+def unfold(regions: Sequence[FlatRegion], frame: PartFrame) -> Unfolding:
     """Unfold the regions about their hinges, the largest first, from the frame's base on."""
     assert frame.base is not None
     base = regions[frame.base]
@@ -90,7 +90,7 @@ class _Map:
         return np.asarray(self.place + (points - self.start) @ self.axes.T)
 
 
-def _beyond(here: _Map, side: Side, region: FlatRegion, other: FlatRegion, frame: Frame) -> _Map:
+def _beyond(here: _Map, side: Side, region: FlatRegion, other: FlatRegion, frame: PartFrame) -> _Map:
     """The map of the region beyond a side, unfolded about it."""
     start, end = frame.placed(np.stack([side.start, side.end]))
     along = (end - start) / np.linalg.norm(end - start)
@@ -106,12 +106,14 @@ def _beyond(here: _Map, side: Side, region: FlatRegion, other: FlatRegion, frame
     return _Map(start, here.flat(start), axes)
 
 
-def _flat_corners(region: FlatRegion, to_flat: _Map, frame: Frame) -> Array:
+def _flat_corners(region: FlatRegion, to_flat: _Map, frame: PartFrame) -> Array:
     points = np.array([side.start for outline in region.outlines for side in outline])
     return to_flat.flat(frame.placed(points))
 
 
-def _base_side(side: Side, regions: Sequence[FlatRegion], maps: dict[int, _Map], frame: Frame, is_up: bool) -> BaseSide:
+def _base_side(
+    side: Side, regions: Sequence[FlatRegion], maps: dict[int, _Map], frame: PartFrame, is_up: bool
+) -> BaseSide:
     start, end = frame.placed(np.stack([side.start, side.end]))
     rises: list[Array | None] = [None, None]
     if side.neighbour >= 0:

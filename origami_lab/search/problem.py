@@ -26,7 +26,7 @@ from origami_lab.search.saves import Arrays, Saves, pack, unpack
 Actions = NDArray[np.int32]
 
 PROGRESS_SECONDS = 0.25
-_COUNTS = ("interactions", "episodes", "rejected", "places_evaluated")
+_SAVED = ("interactions", "episodes", "rejected", "places_evaluated", "best_value")
 
 
 @dataclass(frozen=True)
@@ -328,7 +328,7 @@ class Problem:
         not. A search that is to be saved is long, and asks often.
         """
         if self._saves is not None and self._saves.due:
-            facts = {name: getattr(self, name) for name in _COUNTS} | {"best_value": self.best_value}
+            facts: dict[str, Any] = {name: getattr(self, name) for name in _SAVED}
             facts["improvements"] = [astuple(each) for each in self.improvements]
             self._saves.write(pack(facts, arrays()))
 
@@ -340,10 +340,10 @@ class Problem:
             return None
         facts, arrays = found
         self.improvements = [
-            Improvement(at, value, angle, tuple(actions)) for at, value, angle, actions in facts.pop("improvements")
+            Improvement(at, value, angle, tuple(actions)) for at, value, angle, actions in facts["improvements"]
         ]
-        for name, value in facts.items():
-            setattr(self, name, value)
+        for name in _SAVED:
+            setattr(self, name, facts[name])
         return arrays
 
     # --- the result --------------------------------------------------------------------------------------------------

@@ -132,20 +132,7 @@ def load_mesh(
         further away than that.
     """
     # settings first: they are cheap to check
-    check_scale(scale)
-    angles = check_rotation(rotate)
-    shift = _numbers("target.translate", translate, 3, "three lengths in board units, e.g. [0,0,-1]")
-    if fit not in (None, "board"):
-        raise InputError("target.fit", fit, "must be board or null")
-    if not (isinstance(path, str | Path) and str(path).strip()):
-        raise InputError("target.path", path, "must be a mesh file: target.path=part.stl")
-    if isinstance(max_faces, bool) or not isinstance(max_faces, int) or not 1 <= max_faces <= MOST_FACES:
-        raise InputError("target.max_faces", max_faces, f"must be a whole number from 1 to {MOST_FACES}")
-    if (isinstance(closed, float | int) and not isinstance(closed, bool)) or closed not in ("auto", True, False):
-        raise InputError("target.closed", closed, "must be auto, true or false")
-    if up not in ("auto", "y", "z", None):
-        raise InputError("target.up", up, "must be auto, y or z")
-    place = alignment_point(align_z)
+    angles, shift, place = check_settings(path, scale, rotate, translate, fit, align_z, closed, max_faces, up)
     board = [board_size if side is None else side for side in (board_width, board_height)]
 
     vertices, faces, precision = read_mesh(Path(path), max_faces, as_first=up is None)
@@ -192,22 +179,46 @@ def load_mesh(
     return vertices, faces, is_closed, 1.0 / cells_per_unit, uncertainty
 
 
+def check_settings(
+    path: str | Path,
+    scale: float = 1.0,
+    rotate: Sequence[float] = (0.0, 0.0, 0.0),
+    translate: Sequence[float] = (0.0, 0.0, 0.0),
+    fit: str | None = None,
+    align_z: bool | Sequence[float] = False,
+    closed: str | bool = "auto",
+    max_faces: int = 200_000,
+    up: str | None = "auto",
+) -> tuple[Array, Array, Array | None]:
+    """Check what :func:`load_mesh` takes, without reading the file; the angles, the shift and the point of align_z.
+
+    Raises
+    ------
+    InputError
+        For the first that is wrong.
+    """
+    if not (_is_number(scale) and scale > 0.0):
+        raise InputError("target.scale", scale, "must be a positive number")
+    angles = _numbers("target.rotate", rotate, 3, "three angles in degrees about x, y, z, e.g. [90,0,0]")
+    shift = _numbers("target.translate", translate, 3, "three lengths in board units, e.g. [0,0,-1]")
+    if fit not in (None, "board"):
+        raise InputError("target.fit", fit, "must be board or null")
+    if not (isinstance(path, str | Path) and str(path).strip()):
+        raise InputError("target.path", path, "must be a mesh file: target.path=part.stl")
+    if isinstance(max_faces, bool) or not isinstance(max_faces, int) or not 1 <= max_faces <= MOST_FACES:
+        raise InputError("target.max_faces", max_faces, f"must be a whole number from 1 to {MOST_FACES}")
+    if (isinstance(closed, float | int) and not isinstance(closed, bool)) or closed not in ("auto", True, False):
+        raise InputError("target.closed", closed, "must be auto, true or false")
+    if up not in ("auto", "y", "z", None):
+        raise InputError("target.up", up, "must be auto, y or z")
+    return angles, shift, alignment_point(align_z)
+
+
 def count_open_edges(faces: Indices) -> int:
     """The number of edges with an odd number of (F, 3) faces: 0 means watertight, so it has an inside."""
     edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
     _, counts = np.unique(edges, axis=0, return_counts=True)
     return int((counts % 2 == 1).sum())
-
-
-def check_scale(scale: object) -> None:
-    """Raise InputError unless it is a scale."""
-    if not (_is_number(scale) and scale > 0.0):  # type: ignore[operator]
-        raise InputError("target.scale", scale, "must be a positive number")
-
-
-def check_rotation(rotate: Sequence[float]) -> Array:
-    """(3,) degrees about x, y and z; raises InputError."""
-    return _numbers("target.rotate", rotate, 3, "three angles in degrees about x, y, z, e.g. [90,0,0]")
 
 
 def _is_number(value: object) -> bool:

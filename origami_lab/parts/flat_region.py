@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from origami_lab.parts.surface import Array, Indices, Surface
+from origami_lab.parts.surface import Array, Indices, PartSurface
 
 PLANE = 1e-6
 """How far, as a part of the size, what counts as flat may be from a plane."""
@@ -55,7 +55,7 @@ class FlatRegion:
         return self.outlines[0]
 
 
-def flat_regions(surface: Surface) -> tuple[FlatRegion, ...]:
+def flat_regions(surface: PartSurface) -> tuple[FlatRegion, ...]:
     """All flat regions with a noticeable share of the area, the largest first."""
     tolerance = max(4.0 * surface.precision, PLANE * surface.size)
     labels = _labels(surface, tolerance)
@@ -104,7 +104,7 @@ def flat_regions(surface: Surface) -> tuple[FlatRegion, ...]:
     return tuple(found) if len(found) == len(kept) else ()
 
 
-def _labels(surface: Surface, tolerance: float) -> Indices:
+def _labels(surface: PartSurface, tolerance: float) -> Indices:
     """(F,) which faces are flat together."""
     pairs, at = surface.neighbours
     count = len(surface.faces)
@@ -125,7 +125,7 @@ def _labels(surface: Surface, tolerance: float) -> Indices:
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
-def _beside(surface: Surface, regions: Indices) -> dict[tuple[int, int], list[int]]:
+def _beside(surface: PartSurface, regions: Indices) -> dict[tuple[int, int], list[int]]:
     """The flat regions (−1 for none) at each edge, by its vertices in order."""
     found: dict[tuple[int, int], list[int]] = defaultdict(list)
     for face, region in zip(surface.faces.tolist(), regions.tolist(), strict=True):
@@ -135,7 +135,7 @@ def _beside(surface: Surface, regions: Indices) -> dict[tuple[int, int], list[in
 
 
 def _loops(
-    surface: Surface, regions: Indices, region: int, beside: dict[tuple[int, int], list[int]]
+    surface: PartSurface, regions: Indices, region: int, beside: dict[tuple[int, int], list[int]]
 ) -> list[list[tuple[int, int, int]]]:
     """The border of a region as closed loops of edges: from, to, and the region on the other side."""
     following: dict[int, list[tuple[int, int]]] = defaultdict(list)
@@ -184,7 +184,7 @@ def _straight(vertices: Array, loop: list[tuple[int, int, int]], tolerance: floa
 
 
 def _side(
-    surface: Surface, part: tuple[Array, Array, int], normal: Array, sizes: Array, middles: Array, normals: Array
+    surface: PartSurface, part: tuple[Array, Array, int], normal: Array, sizes: Array, middles: Array, normals: Array
 ) -> Side:
     start, end, other = part
     if other < 0:

@@ -136,4 +136,4 @@ def part_page(
         "command": command,
         "viewer": viewer_page(start_sheet(part), TargetSurface(np.array(target.vertices), np.array(target.faces))),
     }
-    return pages.get_template("part_page.html.jinja").render(values)
+    return pages.get_template("part_check.html.jinja").render(values)
