@@ -29,6 +29,10 @@ def part(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return file
 
 
+AS_GIVEN = ("target.scale=1", "board.size=25")
+"""A part whose size and board are not chosen for it."""
+
+
 def settings(*words: str) -> Any:
     return compose_settings(words)
 
@@ -85,13 +89,17 @@ def test_a_mesh_is_as_large_as_its_file_says(part: Path) -> None:
         assert target.units_per_cell == pytest.approx(40 / cells)
 
 
-def test_a_sheet_decides_how_large_a_mesh_is(part: Path) -> None:
-    """The largest cell at which the board fits is that of the mesh, too."""
-    found = settings("target=mesh", f"target.path={part}", "sheet=150x150mm")
-    target, _ = build_objective(found)
-    assert target is not None
-    assert found.cell == pytest.approx(5.41)
-    assert np.ptp(target.vertices[:, 0]) == pytest.approx(40 / 5.41)
+def test_a_sheet_decides_how_large_a_part_is_folded(part: Path) -> None:
+    """The largest cell at which its board fits; on the board it lies as without a sheet."""
+    words = ("target=mesh", f"target.path={part}")
+    found, plain = settings(*words, "sheet=150x150mm"), settings(*words)
+    sides = found.game.width - 1, found.game.height - 1
+    assert found.cell == pytest.approx(130 / max(sides), abs=0.01)
+    assert found.cell * max(sides) <= 130
+    targets = [build_objective(one)[0] for one in (found, plain)]
+    assert targets[0] is not None
+    assert targets[1] is not None
+    np.testing.assert_allclose(targets[0].vertices, targets[1].vertices, rtol=0, atol=1e-9)
 
 
 def test_gltf_is_in_metres(tmp_path: Path) -> None:
@@ -116,7 +124,7 @@ def test_a_mesh_that_fits_the_board_is_printed_at_any_size(part: Path) -> None:
 
 def test_a_mesh_too_large_for_its_cell_is_said_by_the_cell(part: Path) -> None:
     with pytest.raises(InputError, match=r"^cell=0\.5mm: makes the mesh 80 cells large"):
-        build_objective(settings("target=mesh", f"target.path={part}", "cell=0.5mm"))
+        build_objective(settings("target=mesh", f"target.path={part}", "cell=0.5mm", *AS_GIVEN))
 
 
 @pytest.mark.parametrize(
