@@ -33,6 +33,7 @@ SEARCHERS: dict[str, tuple[tuple[str, ...], tuple[int, ...]]] = {
     "bfts": (("search=bfts", "search.restarts=5"), (900, 1700, 2600)),
     "mcts": (("search=mcts", "search.simulations=20"), (900, 1700, 2600)),
     "rdm": (("search=rdm",), (900, 1700, 2600)),
+    "ppo": (("search=ppo", "search.batch=300", "search.minibatch=100", "search.layers=[16]"), (900, 1700, 2600)),
 }
 """Settings, and the budgets of three stages."""
 
@@ -58,6 +59,8 @@ def designs(folder: Path) -> dict[str, Any]:
 @pytest.mark.parametrize("name", SEARCHERS)
 def test_one_search_in_stages_is_one_that_went_on(name: str) -> None:
     """Each stage from the state that the one before it has written, or all of them in one go."""
+    if name == "ppo":
+        pytest.importorskip("sb3_contrib", reason="needs the extra ppo")
     words, budgets = SEARCHERS[name]
     state, found = None, []
     for number, budget in enumerate(budgets):
@@ -77,7 +80,7 @@ def test_one_search_in_stages_is_one_that_went_on(name: str) -> None:
     assert [(stage["budget"], stage["return"]) for stage in whole.record] == [
         (budget, one.outcome.value) for budget, one in zip(budgets, found, strict=True)
     ]
-    assert bool(whole.state.searcher) == (name.partition("_")[0] in ("lns", "evo"))
+    assert bool(whole.state.searcher) == (name.partition("_")[0] in ("lns", "evo", "ppo"))
 
 
 @pytest.mark.slow
