@@ -40,7 +40,14 @@ from origami_lab.game.kernels.state import (
     is_playable,
     point_index,
 )
-from origami_lab.game.kernels.straight_sectors import goes_straight_on, leaf_folds_straight, opposite, plane_side
+from origami_lab.game.kernels.straight_sectors import (
+    goes_straight_on,
+    leaf_folds_straight,
+    opposite,
+    plane_side,
+    side_is_open,
+    starts_flat,
+)
 from origami_lab.geometry.planar import cross, in_sector, segments_touch, triangle_contains
 from origami_lab.jit import inlined, kernel
 from origami_lab.kinematics.three_units import DEGENERATE, lift, triangle_slack
@@ -59,23 +66,6 @@ def is_selectable(s: Record, r: Record, v: int) -> bool:
     if s.locked[v] != 0 and not (s.locked[v] == STRAIGHT and r.straight_sectors and leaf_folds_straight(s, v)):
         return False
     return side_is_open(s, r, v, PREV) and side_is_open(s, r, v, NEXT)
-
-
-@kernel
-def side_is_open(s: Record, r: Record, v: int, side: int) -> bool:
-    """Whether a crease can leave v on that side: less than π between the last crease there and the boundary.
-
-    Or π, if a crease along the boundary would go straight on.
-    """
-    x, y = s.xy[v, 0], s.xy[v, 1]
-    if side == PREV:
-        neighbour, crease = s.prev[v], s.last[v]
-    else:
-        neighbour, crease = s.next[v], s.first[v]
-    nx, ny = code_x(s, r, neighbour) - x, code_y(s, r, neighbour) - y
-    cx, cy = code_x(s, r, crease) - x, code_y(s, r, crease) - y
-    sine = cross(cx, cy, nx, ny) if side == PREV else cross(nx, ny, cx, cy)
-    return sine > 0 or (sine == 0 and (nx * cx + ny * cy > 0 or goes_straight_on(s, r, v, side)))
 
 
 @kernel
@@ -242,21 +232,6 @@ def middle_child_fits(s: Record, r: Record, edges: Edges, n: int, qx: int, qy: i
     return triangle_is_free(edges, n, x, y, s.first_x, s.first_y, qx, qy) and triangle_is_free(
         edges, n, s.second_x, s.second_y, x, y, qx, qy
     )
-
-
-@inlined
-def starts_flat(s: Record, A: tuple[float, float, float], B: tuple[float, float, float]) -> bool:
-    """Whether the chosen mode's motion begins at the flat sheet, for a and b in opposite directions.
-
-    Then U1 = π in the flat state, and only one mode has its middle crease where the flat sheet has it; the other's lies
-    folded back by 180°. The line a–b bends up or down, and the middle crease must bend the same way. In every other
-    case both modes begin flat.
-    """
-    v = s.selected
-    ux, uy, uz = lift(s.frame_prev[v], 0, 1.0, 0.0)
-    wx, wy, wz = lift(s.frame_prev[v], 0, 0.0, 1.0)
-    nx, ny, nz = uy * wz - uz * wy, uz * wx - ux * wz, ux * wy - uy * wx
-    return s.mode * ((A[0] + B[0]) * nx + (A[1] + B[1]) * ny + (A[2] + B[2]) * nz) > 0.0
 
 
 class Middle(NamedTuple):

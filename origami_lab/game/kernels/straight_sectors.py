@@ -96,6 +96,23 @@ def goes_straight_on(s: Record, r: Record, v: int, side: int) -> bool:
     return agree_on(s, v, code_x(s, r, crease) - s.xy[v, 0], code_y(s, r, crease) - s.xy[v, 1])
 
 
+@kernel
+def side_is_open(s: Record, r: Record, v: int, side: int) -> bool:
+    """Whether a crease can leave v on that side: less than π between the last crease there and the boundary.
+
+    Or π, if a crease along the boundary would go straight on.
+    """
+    x, y = s.xy[v, 0], s.xy[v, 1]
+    if side == PREV:
+        neighbour, crease = s.prev[v], s.last[v]
+    else:
+        neighbour, crease = s.next[v], s.first[v]
+    nx, ny = code_x(s, r, neighbour) - x, code_y(s, r, neighbour) - y
+    cx, cy = code_x(s, r, crease) - x, code_y(s, r, crease) - y
+    sine = cross(cx, cy, nx, ny) if side == PREV else cross(nx, ny, cx, cy)
+    return sine > 0 or (sine == 0 and (nx * cx + ny * cy > 0 or goes_straight_on(s, r, v, side)))
+
+
 @inlined
 def plane_side(s: Record, r: Record) -> int:
     """The side whose panel the new panels of the selected leaf continue, its outer children being chosen.
@@ -111,3 +128,18 @@ def plane_side(s: Record, r: Record) -> int:
     if opposite(code_x(s, r, s.first[v]) - x, code_y(s, r, s.first[v]) - y, s.second_x - x, s.second_y - y):
         return PREV
     return -1
+
+
+@inlined
+def starts_flat(s: Record, A: tuple[float, float, float], B: tuple[float, float, float]) -> bool:
+    """Whether the chosen mode's motion begins at the flat sheet, for a and b in opposite directions.
+
+    Then U1 = π in the flat state, and only one mode has its middle crease where the flat sheet has it; the other's lies
+    folded back by 180°. The line a–b bends up or down, and the middle crease must bend the same way. In every other
+    case both modes begin flat.
+    """
+    v = s.selected
+    ux, uy, uz = lift(s.frame_prev[v], 0, 1.0, 0.0)
+    wx, wy, wz = lift(s.frame_prev[v], 0, 0.0, 1.0)
+    nx, ny, nz = uy * wz - uz * wy, uz * wx - ux * wz, ux * wy - uy * wx
+    return s.mode * ((A[0] + B[0]) * nx + (A[1] + B[1]) * ny + (A[2] + B[2]) * nz) > 0.0
