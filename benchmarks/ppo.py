@@ -1,4 +1,4 @@
-"""How fast does PPO learn? ``python -m benchmarks.ppo [--updates 1] [--out benchmarks/ppo.md]``
+"""How fast does PPO learn? ``python -m benchmarks.ppo [--updates 8] [--out benchmarks/ppo.md]``
 
 Interactions per second with updates, on one core, compact against tensor; and how fast the environment alone is. Wall
 and processor time stand beside each other: where they differ something else was running.
@@ -25,12 +25,14 @@ from origami_lab.search.ppo import ProximalPolicyOptimization
 from origami_lab.search.problem import Problem
 from origami_lab.search.rl_episodes import Episodes
 
-TARGETS = ("pyramid", "bowl")
+TARGETS = ("pyramid", "cube", "bowl", "face")
 CASES: tuple[tuple[str, str, int | None], ...] = (
     ("pyramid", "compact", None),
     ("pyramid", "tensor", None),
+    ("cube", "compact", None),
     ("bowl", "compact", None),
     ("bowl", "tensor", 25),
+    ("face", "compact", None),
 )
 """Task, observation, cap on the tensor's vertex axis."""
 
@@ -72,7 +74,7 @@ def playing(target: str, observation: str, vertices: int | None, interactions: i
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--updates", type=int, default=1, help="in each search")
+    parser.add_argument("--updates", type=int, default=8, help="in each search")
     parser.add_argument("--out", type=Path, help="write the report there, too")
     options = parser.parse_args()
     load = os.getloadavg()[0]
@@ -88,7 +90,7 @@ def main() -> None:
         f"Python {platform.python_version()}, PyTorch {torch.__version__}, one thread of {os.cpu_count()} cores; "
         f"load average before: {load:.2f}. Per second of wall and of processor time.",
         "",
-        "## Learning: the paper's numbers (batch 2050, minibatch 64, 2 × 256), 10 epochs",
+        "## Learning: the paper's numbers (batch 2050, minibatch 64, 2 × 256), 10 epochs, 10 games",
         "",
         "| task | observation | shape | numbers | interactions | per second | per processor second |",
         "|---|---|---|---:|---:|---:|---:|",

@@ -22,11 +22,14 @@ from numpy.typing import NDArray
 
 from origami_lab.game.game import Game
 from origami_lab.game.kernels.boundary import is_own_image
-from origami_lab.game.kernels.play import Actions, play_action, settle
+from origami_lab.game.kernels.play import Actions, leaf_at, play_action, settle
 from origami_lab.game.kernels.state import (
+    FIRST,
     NOT_FOLDABLE,
     RUNNING,
+    SECOND,
     SELECTION,
+    STRAIGHT,
     STUCK,
     THIRD,
     Record,
@@ -38,6 +41,7 @@ from origami_lab.game.kernels.state import (
     point_x,
     point_y,
 )
+from origami_lab.game.kernels.straight_sectors import opposite, plane_side
 from origami_lab.game.start_patterns import Crease, Panel, Rectangle, Square, Start
 from origami_lab.jit import kernel
 from tests.sheet_checks import check_sheets
@@ -60,6 +64,8 @@ KINDS = (
     "mode -",
     "mode +",
     "taken back",  # by the growing driver
+    "straight leaf",  # a leaf with an incoming sector of π
+    "straight on",  # an outer child straight on from an incoming crease
 )
 STATUSES = ("running", "terminated", "stuck", "not foldable", "full", "stuck inside")
 
@@ -95,6 +101,26 @@ def classify(s: Record, r: Record, counts: NDArray[np.int64]) -> None:
         counts[2] += 1
     if s.axis[v] != 0:
         counts[9 if v == s.head else 10] += 1
+    if s.locked[v] == STRAIGHT:
+        counts[17] += 1
+    elif plane_side(s, r) >= 0:
+        counts[18] += 1
+
+
+@kernel
+def makes_half_turn(s: Record, r: Record, action: int) -> bool:
+    """Whether a legal action selects a leaf with a sector of π, or lays an outer child straight on from a crease."""
+    points = board_points(r)
+    at = action % points
+    x, y = point_x(r, at), point_y(r, at)
+    if s.phase == SELECTION:
+        return action < 2 * points and s.locked[leaf_at(s, x, y)] == STRAIGHT
+    if s.phase != FIRST and s.phase != SECOND:
+        return False
+    v = s.selected
+    x, y = x - s.xy[v, 0], y - s.xy[v, 1]
+    crease = s.last[v] if s.phase == FIRST else s.first[v]
+    return opposite(code_x(s, r, crease) - s.xy[v, 0], code_y(s, r, crease) - s.xy[v, 1], x, y)
 
 
 @kernel
@@ -105,6 +131,7 @@ def play_counted(
     rules: States,
     draws: NDArray[np.float64],
     retries: int,
+    seek: bool,
     legal: Actions,
     counts: NDArray[np.int64],
     middles: NDArray[np.int64],
@@ -112,7 +139,8 @@ def play_counted(
     """Play state i to its end with uniform actions; returns the number of extensions.
 
     With ``retries`` > 0 the end of the episode is avoided and an extension that cannot be completed is taken
-    back, until there were that many or the draws are used up. ``middles`` (n, 5) receives leaf x, y, middle
+    back, until there were that many or the draws are used up. With ``seek`` every other action is one that makes a
+    sector of π, where there is one. ``middles`` (n, 5) receives leaf x, y, middle
     child x, y and mode of each extension.
     """
     s, r = states[i], rules[0]
@@ -133,6 +161,12 @@ def play_counted(
         action = legal[int(draw * n)]
         if retries > 0 and action == terminate and n > 1:
             action = legal[0]
+        if seek and draw * n % 1.0 < 0.5:
+            for j in range(n):
+                other = legal[(int(draw * n) + j) % n]
+                if makes_half_turn(s, r, other):
+                    action = other
+                    break
         if s.phase == SELECTION:
             copy_state(spare[0], s)
             before[:] = counts
@@ -204,6 +238,8 @@ class Configuration:
     length: float | None
     growing: bool = False
     sources: bool | str = True
+    straight: bool = False
+    """Whether sectors of π are sought."""
 
     def game(self, capacity: int | None = None) -> Game:
         start, _ = STARTS[self.start]
@@ -225,7 +261,7 @@ class Configuration:
 
     def __str__(self) -> str:
         length = "∞" if self.length is None else f"{self.length:g}"
-        anywhere = " sources" if self.sources == "boundary" else ""
+        anywhere = (" sources" if self.sources == "boundary" else "") + (" straight" if self.straight else "")
         board = f"{self.board:>2}" if isinstance(self.board, int) else "{}x{}".format(*self.board)
         return f"{self.symmetry:>4} {self.start} {board} {length:>3}{' grow' if self.growing else ''}{anywhere}"
 
@@ -242,6 +278,7 @@ def configurations(growing: bool) -> Iterator[Configuration]:
                     yield Configuration(symmetry, start, board, length, growing)
                     if start in ("square", "any-crease", "bare-panel"):
                         yield Configuration(symmetry, start, board, length, growing, "boundary")
+                        yield Configuration(symmetry, start, board, length, growing, "boundary", straight=True)
 
 
 def _flipped_differs(game: Game, states: States, flipped: States, i: int, legal: Actions) -> str:
@@ -289,7 +326,8 @@ def play_and_check(configuration: Configuration, episodes: int, seed: int = 0, c
             game.clear(states, i)
             draws = rng.random(1200 if growing else 400)
             extensions[i] = play_counted(
-                states, i, spare, game.rules.record, draws, 60 if growing else 0, legal, counts, middles[i]
+                *(states, i, spare, game.rules.record, draws, 60 if growing else 0, configuration.straight),
+                *(legal, counts, middles[i]),
             )
             status, inside = int(states[i]["status"]), int(states[i]["phase"]) != SELECTION
             tally.statuses[5 if status == STUCK and inside else status] += 1

@@ -2,7 +2,8 @@
 
 ``python benchmarks/same_games.py write FILE`` plays with this checkout and keeps what it found;
 ``python benchmarks/same_games.py compare FILE`` plays again and says for each cell whether it is the same, with exit
-code 1 if one is not. Another checkout is played with ``--checkout DIR``, some cells only with ``--only evo``. It knows
+code 1 if one is not. Another checkout is played with ``--checkout DIR``, some cells only with ``--only evo``;
+``--also straight_sectors=false`` gives settings to all of them, such as one that came later and has to be off. It knows
 nothing of the code but ``origami_lab.run`` and the files of a run folder, so that it runs on versions whose modules
 have moved. Compare on one machine, with the same libraries: compiled code may round differently on another.
 """
@@ -25,7 +26,7 @@ INTERACTIONS = 20_000
 SEED = 0
 
 SEARCHERS: dict[str, list[str]] = {
-    **{name: [f"budget={INTERACTIONS}"] for name in ("rdm", "dfts", "bfts", "mcts", "evo")},
+    **{name: [f"budget={INTERACTIONS}"] for name in ("rdm", "dfts", "bfts", "mcts", "evo", "lns")},
     "ppo": ["budget=600", "search.batch=200"],  # learns three times
 }
 TASKS: dict[str, list[str]] = {
@@ -67,10 +68,10 @@ COMMON = [f"seed={SEED}", "workers=1", "files=designs", "tracking=none", "verbos
 Cell = dict[str, Any]
 
 
-def cells(only: str | None) -> dict[str, list[str]]:
-    """Name and overrides of each cell."""
+def cells(only: str | None, also: Sequence[str] = ()) -> dict[str, list[str]]:
+    """Name and overrides of each cell, ``also`` among them."""
     every = {
-        f"{task} {searcher}": [*asked, f"search={searcher}", *budget, *COMMON]
+        f"{task} {searcher}": [*asked, f"search={searcher}", *budget, *COMMON, *also]
         for task, asked in TASKS.items()
         for searcher, budget in SEARCHERS.items()
     }
@@ -175,9 +176,9 @@ def shown(cell: Cell) -> str:
     return f"return {cell['return']}, {cell['interactions']} interactions, {cell['actions']} actions"
 
 
-def write(file: Path, checkout: Path, only: str | None) -> int:
+def write(file: Path, checkout: Path, wanted: dict[str, list[str]]) -> int:
     found: dict[str, Cell] = {}
-    for name, cell in play_all(checkout, cells(only)):
+    for name, cell in play_all(checkout, wanted):
         found[name] = cell
         print(f"{name:16}  {shown(cell)}", flush=True)
     document = {"libraries": libraries(), "cells": found}
@@ -186,13 +187,13 @@ def write(file: Path, checkout: Path, only: str | None) -> int:
     return 0
 
 
-def compare(file: Path, checkout: Path, only: str | None) -> int:
+def compare(file: Path, checkout: Path, wanted: dict[str, list[str]]) -> int:
     before = json.loads(file.read_text(encoding="utf-8"))
     for name, version in libraries().items():
         if version != before["libraries"].get(name):
             print(f"warning: {name} is {version} and was {before['libraries'].get(name)}: bits may differ for that")
     same, count = 0, 0
-    for name, cell in play_all(checkout, cells(only)):
+    for name, cell in play_all(checkout, wanted):
         count += 1
         was = before["cells"].get(name)
         if was is None:
@@ -218,9 +219,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("file", type=Path)
     parser.add_argument("--checkout", type=Path, default=ROOT, help="the code that plays (default: this checkout)")
     parser.add_argument("--only", help="cells of this task or searcher only")
+    parser.add_argument("--also", nargs="+", default=[], metavar="KEY=VALUE", help="settings for every cell")
     options = parser.parse_args(given)
     work = write if options.what == "write" else compare
-    return work(options.file, options.checkout.resolve(), options.only)
+    return work(options.file, options.checkout.resolve(), cells(options.only, options.also))
 
 
 if __name__ == "__main__":

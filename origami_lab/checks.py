@@ -11,6 +11,7 @@ import functools
 import inspect
 import math
 import re
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from types import NoneType
 from typing import TYPE_CHECKING, Annotated, Any, ParamSpec, TypeVar, cast, get_args, get_type_hints
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 P = ParamSpec("P")
 
+LARGEST = sys.float_info.max
+"""Numbers beyond this are none: also whole ones of more digits, which no float can be."""
 REFUSED = object()
 """The answer of a kind to a value that it does not take."""
 _GIVEN = object()
@@ -128,7 +131,7 @@ class Number(Kind):
     def take(self, value: Any) -> Any:
         if isinstance(value, str) and value in self.words:
             return value
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        if isinstance(value, bool) or not isinstance(value, int | float) or not -LARGEST <= value <= LARGEST:
             return REFUSED
         inside = self.low < value < self.high if self.between else self.low <= value <= self.high
         return value if inside else REFUSED

@@ -32,7 +32,9 @@ class InputError(ValueError):
         key, given = shorten(field), hidden(str(value))
         if key.endswith(("uri", "storage")):
             given = given.partition("?")[0]
-        super().__init__(one_line(hidden(f"{key}={shorten(given)}: {expected}")))
+        short = shorten(given)
+        said = expected if short == given else expected.replace(given, short)  # hints repeat what was typed
+        super().__init__(one_line(hidden(f"{key}={short}: {said}")))
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, object, str]]:
         return type(self), (self.field, self.value, self.expected)

@@ -17,17 +17,22 @@ MOTION = "motion.fold"
 ACTIONS = "actions.json"
 CURVE = "curve.csv"
 CERTIFICATE = "certificate.json"
+STATE = "search.npz"
 PATTERN_PNG = "pattern.png"
 FOLDED_PNG = "folded.png"
 FILM = "motion.gif"
 VIEWER = "best.html"
 PATTERN_SVG = "pattern.svg"
+PATTERN_DXF = "pattern.dxf"
+CUT_SHEETS = ("pattern.cut.svg", "pattern.cut.pdf")
+"""Written where a board cell has a length on paper."""
 POLISHED, SIMPLIFIED = "polished", "simplified"
 """How the names of the files of a design begin that was made of a trial's best one."""
 
 FOLDER_FORMAT = 2
 """Version of what a run folder holds; folders of version 0.1.0 do not say theirs, which is 1."""
 
+CHECKPOINT = ".checkpoint"
 SEED = "seed="
 """First letters of the name of a trial's folder."""
 
@@ -35,6 +40,11 @@ SEED = "seed="
 def trial_folder(run: Path, seed: int) -> Path:
     """The folder of one trial in the folder of its run."""
     return run / f"{SEED}{seed}"
+
+
+def checkpoint_file(run: Path, seed: int) -> Path:
+    """The file of one trial's search that is not finished."""
+    return run / f"{SEED}{seed}{CHECKPOINT}"
 
 
 def error_file(run: Path, seed: int) -> Path:

@@ -96,6 +96,10 @@ def _is_sector(angle: float) -> bool:
     return EPSILON < angle < math.pi - EPSILON
 
 
+def _is_half_turn(angle: float) -> bool:
+    return abs(angle - math.pi) <= EPSILON
+
+
 @dataclass
 class BoardSheet:
     """The whole sheet, images included, as a counter-clockwise ring of leaves."""
@@ -111,8 +115,16 @@ class BoardSheet:
     """Creases into each leaf, counter-clockwise from its next side to its prev side: their other ends."""
     driven: dict[frozenset[Point], int] = field(default_factory=dict)
     extended: bool = False
+    folded: tuple[FoldedSheet, float] | None = None
+    """The folded sheet and its smallest driving angle, where sectors of π are allowed if they fold."""
     stays: Point = (0, 1)
     """The direction, seen from a single crease, of the panel that stays in the plane."""
+    min_length: float = 0.0
+    """Of creases that are laid after the start pattern."""
+    min_sector: float = 0.0
+    """Of the angle between two neighbouring creases of a vertex, of which one is new, in radians."""
+    min_width: float = 0.0
+    """Of each new triangle of a panel."""
 
     def __post_init__(self) -> None:
         mirrors = {"y": [(-1, 0, 0, 1)], "x": [(1, 0, 0, -1)], "xy": [(-1, 0, 0, 1), (1, 0, 0, -1)]}
@@ -217,7 +229,7 @@ class BoardSheet:
     # what is legal
 
     def selectable(self) -> set[Point]:
-        """Leaves in the playable area, off the border, with all sectors below π."""
+        """Leaves in the playable area, off the border, with all sectors below π, or one of π that folds."""
         return {v for v in self.ring if self.playable(v) and self._is_selectable(v)}
 
     def _is_selectable(self, v: Point) -> bool:
@@ -225,10 +237,28 @@ class BoardSheet:
             return False
         prev, following = self.neighbours(v)
         towards = [_minus(w, v) for w in self.incoming[v]]
-        inner = all(_is_sector(angle_between(d, e)) for d, e in pairwise(towards))
+        sectors = [angle_between(d, e) for d, e in pairwise(towards)]
+        inner = all(_is_sector(sector) or _is_half_turn(sector) for sector in sectors)
+        if any(_is_half_turn(sector) for sector in sectors):
+            inner = inner and self.folds_alike(v, (1, 0)) and self.folds_alike(v, (0, 1))
         before = angle_between(_minus(following, v), towards[0])
         after = angle_between(towards[-1], _minus(prev, v))
-        return inner and max(before, after) < math.pi - EPSILON
+        for sector, crease in ((before, towards[0]), (after, towards[-1])):
+            inner = inner and (sector < math.pi - EPSILON or (_is_half_turn(sector) and self.folds_alike(v, crease)))
+        return inner
+
+    def folds_alike(self, v: Point, d: Point) -> bool:
+        """Whether the panels on both sides of leaf v have a direction of the board at one place in space.
+
+        Then what is beyond the outermost creases may be one plane that the direction lies in. With a half-turn at v
+        that is all: the rest is a path of length π between opposite points of the unit sphere.
+        """
+        if self.folded is None:
+            return False
+        prev, following = self.neighbours(v)
+        one = self._folded_direction(*self.folded, v, prev, "prev", d)
+        other = self._folded_direction(*self.folded, v, following, "next", d)
+        return bool(np.abs(one - other).max() < 1e-7)
 
     def sources(self) -> set[tuple[Point, str]]:
         """Leaf and end of each segment between a playable leaf and its mirror image that has no source yet."""
@@ -239,11 +269,46 @@ class BoardSheet:
             if self.playable(v) and not self.axes(v):
                 prev, following = self.neighbours(v)
                 images = self.orbit(v)
-                if prev in images and frozenset((v, prev)) not in self.driven:
+                if prev in images and frozenset((v, prev)) not in self.driven and self._may_be_crease(prev, v):
                     out.add((v, "start"))
                 if following in images and frozenset((v, following)) not in self.driven:
-                    out.add((v, "end"))
+                    if self._may_be_crease(v, following):
+                        out.add((v, "end"))
         return out
+
+    # limits of what can be folded
+
+    def _may_be_crease(self, u: Point, w: Point) -> bool:
+        """Whether a crease may lie on the boundary segment from u to its successor w."""
+        return math.dist(u, w) >= self.min_length - EPSILON and self._is_blunt(u, w) and self._is_blunt(w, u)
+
+    def _is_blunt(self, u: Point, w: Point) -> bool:
+        """Whether a crease from u along the boundary to w keeps its distance from the next one of u's."""
+        if not self.incoming[u]:
+            return True
+        follows = self.neighbours(u)[1] == w
+        beside = _minus(self.incoming[u][0 if follows else -1], u)
+        towards = _minus(w, u)
+        angle = angle_between(towards, beside) if follows else angle_between(beside, towards)
+        return min(angle, 2 * math.pi - angle) >= self.min_sector - EPSILON
+
+    def _is_wide(self, *corners: Point) -> bool:
+        """Whether a triangle is wide enough in every direction; it is narrowest at right angles to a side."""
+        places = np.array(corners, dtype=float)
+        extents = []
+        for side in places - np.roll(places, 1, axis=0):
+            if side.any():
+                across = np.array([-side[1], side[0]]) / np.linalg.norm(side)
+                extents.append(np.ptp(places @ across))
+        narrowest = min(extents, default=0.0)
+        return narrowest < EPSILON or narrowest >= self.min_width - EPSILON
+
+    def _panels_are_wide(self, v: Point, neighbour: Point, q: Point) -> bool:
+        """Whether an outer child brings no panel that is too narrow; over a seam its image has a part in one."""
+        if not self._is_wide(v, neighbour, q):
+            return False
+        orbit = self.orbit(v)
+        return neighbour not in orbit or self._is_wide(neighbour, _apply(orbit[neighbour], q), q)
 
     def boundary_sources(self) -> set[Point]:
         """Playable leaves whose segment to the next one, playable too, has no source yet."""
@@ -251,7 +316,8 @@ class BoardSheet:
         for v in self.ring:
             following = self.neighbours(v)[1]
             if self.playable(v) and self.playable(following) and frozenset((v, following)) not in self.driven:
-                out.add(v)
+                if self._may_be_crease(v, following):
+                    out.add(v)
         return out
 
     def near_side(self, v: Point) -> str | None:
@@ -295,12 +361,20 @@ class BoardSheet:
             else:
                 sector = outside - theta + angle_between(d_next, _minus(self.incoming[v][0], v))
                 room = theta > EPSILON and (a is None or theta > angle_between(d_prev, _minus(a, v)) + EPSILON)
-            if not (_is_sector(sector) and room):
+            if _is_half_turn(sector):
+                # its outer panel needs an area, and the other creases must be flat
+                crease = _minus(self.incoming[v][-1 if side == "prev" else 0], v)
+                beside = theta if side == "prev" else outside - theta
+                if _is_half_turn(beside) or not self.folds_alike(v, crease):
+                    continue
+            elif not _is_sector(sector):
+                continue
+            if not (room and sector >= self.min_sector - EPSILON):
                 continue
             if q == neighbour:
-                if neighbour not in self.orbit(v):
+                if neighbour not in self.orbit(v) and self._is_blunt(neighbour, v):
                     found.add(q)
-            else:
+            elif self._panels_are_wide(v, neighbour, q):
                 insert.append(q)
         if self.axes(v):
             mirror = self.axes(v)[0]
@@ -321,10 +395,18 @@ class BoardSheet:
                 continue
             if set(self.axes(v)) - set(self.axes(q)):
                 continue
-            if _is_sector(angle_between(_minus(a, v), d)) and _is_sector(angle_between(d, _minus(b, v))):
+            sectors = angle_between(_minus(a, v), d), angle_between(d, _minus(b, v))
+            if not all(_is_sector(sector) and sector >= self.min_sector - EPSILON for sector in sectors):
+                continue
+            if self._is_wide(v, a, q) and self._is_wide(v, q, b):
                 found.append(q)
         simple = self._simple(v, [(a, q, b) for q in found])
         return {q for q, fits in zip(found, simple, strict=True) if fits}
+
+    def has_half_turn(self, v: Point, a: Point, b: Point) -> bool:
+        """Whether a sector at v, but for those beside the middle child, is π."""
+        towards = [_minus(b, v), *(_minus(w, v) for w in self.incoming[v]), _minus(a, v)]
+        return any(_is_half_turn(angle_between(d, e)) for d, e in pairwise(towards))
 
     def triangle_slack(self, sheet: FoldedSheet, rho: float, v: Point, a: Point, b: Point, c: Point) -> float:
         """By how much the spherical triangle (U1, U2, U3) exists at the smallest driving angle ρ; negative: not."""
@@ -367,6 +449,9 @@ class BoardSheet:
         return [(x, y) for y in ys for x in xs]
 
     def _too_long(self, d: Point) -> bool:
+        """Too long, or too short."""
+        if math.hypot(*d) < self.min_length - EPSILON:
+            return True
         return self.max_length is not None and math.hypot(*d) > self.max_length + EPSILON
 
     def _simple(self, v: Point, children: list[tuple[Point | None, Point | None, Point | None]]) -> list[bool]:

@@ -341,7 +341,9 @@ class _Sheets:
         last[first + degree - 1] = True
         following = np.where(last, np.repeat(first, degree), np.arange(len(u)) + 1)
         turn, dots = cross2(step, step[following]), (step * step[following]).sum(axis=1)
-        self.fail(self.sheet[u[turn <= 0]], "sector angle not in (0, π)")
+        straight = (turn == 0) & (dots < 0) & bool(self.game.rules.record["straight_sectors"][0])
+        self.fail(self.sheet[u[(turn <= 0) & ~straight]], "sector angle not in (0, π)")
+        self._check_straight(u, rho, following, straight)
         alpha = np.arctan2(turn, dots)
         product = np.broadcast_to(np.eye(3), (len(vertex), rho.shape[1], 3, 3)).copy()
         for i in range(int(degree.max(initial=0))):
@@ -351,6 +353,16 @@ class _Sheets:
         error = np.abs(product - np.eye(3)).max(axis=(1, 2, 3), initial=0.0)
         self.fail(self.sheet[vertex[~(error < TOLERANCE)]], "closure at a vertex")
         return float(error.max(initial=0.0))
+
+    def _check_straight(self, u: Ints, rho: Floats, following: Ints, straight: NDArray[np.bool_]) -> None:
+        """Beside a sector of π two creases fold alike; all others of that vertex are flat."""
+        uneven = np.abs(rho[straight] - rho[following[straight]]).max(axis=1, initial=0.0) > 10 * TOLERANCE
+        self.fail(self.sheet[u[straight][uneven]], "a straight line does not fold alike on both sides of a vertex")
+        beside = straight.copy()
+        beside[following[straight]] = True
+        flat = np.isin(u, u[straight]) & ~beside
+        folds = (np.abs(rho) > 10 * TOLERANCE).any(axis=1)
+        self.fail(self.sheet[u[flat & folds]], "a crease beside a straight line folds")
 
     def check_leaf_frames(self) -> float:
         """The stored orientations beside each leaf carry its boundary segments and are rotations."""

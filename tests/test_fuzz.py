@@ -38,3 +38,13 @@ def test_mutated_meshes_are_refused_or_read(tmp_path: Path) -> None:
     cases = [fuzz.run_inside(arguments) for arguments in fuzz.mesh_cases(16, 3, tmp_path)]
     assert faults(cases) == []
     assert {case.code for case in cases} == {0, 2}
+
+
+@pytest.mark.parametrize(
+    "words", ["search=rdm target.rotate={}", "target={}.stl", "target=cube start={},{}", "{}=1", "seed={}"]
+)
+def test_hints_do_not_repeat_what_is_very_long(words: str) -> None:
+    case = fuzz.run_inside(words.format("x" * 5000, "y" * 5000).split())
+    assert case.fault in (None, "too much memory")
+    assert case.code == 2
+    assert len(case.error) < 1500

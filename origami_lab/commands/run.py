@@ -137,7 +137,7 @@ def rerun(word: str, overrides: Sequence[str], flags: Sequence[str]) -> int:
             values.append(f"++{override}")
         elif key == "tracking":  # the one group that says nothing of the experiment itself
             values.append(f"tracking.kind={value}")
-        elif key in ("target", "objective", "board", "symmetry", "start", "search", "experiment"):
+        elif key in ("target", "objective", "board", "symmetry", "start", "search", "experiment", "program"):
             expected = f"a finished configuration takes values like {key}.KEY=...; start anew for another {key}"
             raise InputError(key, value, expected)
         else:

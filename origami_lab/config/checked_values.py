@@ -22,6 +22,7 @@ Value = None | bool | int | float | str
 OWN = {
     **{"search": "searcher", "budget": "budget", "seed": "seeds", "output": "output", "workers": "workers"},
     **{"tracking": "tracking", "resume": "", "files": "", "verbosity": "", "hydra": ""},
+    "stages": "",
     **{"trust": "trust, which is given on the command line only,"},
 }
 """Settings of a run that a sweep makes itself, and its keys for them."""

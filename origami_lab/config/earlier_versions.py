@@ -68,6 +68,10 @@ _MODULES = {
 LATER_KEYS: dict[str, Any] = {
     **{"files": "all", "folder_format": 1, "report_order": {"task": None, "method": None}},
     **{"polish": None, "polish_seconds": None, "polish_simplify": None},
+    "straight_sectors": False,
+    **{"min_crease_length": None, "min_sector_angle": None, "min_panel_width": None},
+    **{"cell": None, "sheet": None, "thickness": None},
+    **{"target_return": None, "minutes": None, "stages": []},
     "trust": [],  # never in a file
 }
 """Settings that came later → what a run meant that does not have them."""
@@ -79,7 +83,7 @@ LATER_IN_GROUPS: dict[str, dict[str, Any]] = {"board": {"width": None, "height":
 LATER_ARGUMENTS: dict[str, dict[str, Any]] = {
     "origami_lab.game.Square": {"position": None},
     "origami_lab.game.Crease": {"ends": None, "stays": "upper"},
-    "origami_lab.targets.mesh": {"board_width": None, "board_height": None},
+    "origami_lab.targets.mesh": {"board_width": None, "board_height": None, "cell": None},
     "origami_lab.objectives.BucketObjective": {"norm_of": "leaves"},
     "origami_lab.search.BreadthFirstSearch": {"aspiration": None, "inside_moves": False},
     "origami_lab.search.DepthFirstSearch": {"aspiration": None, "inside_moves": False},
@@ -89,6 +93,15 @@ LATER_ARGUMENTS: dict[str, dict[str, Any]] = {
 
 OTHER_TODAY: dict[str, tuple[str, ...]] = {"origami_lab.objectives.BucketObjective": ("norm_of",)}
 """Those of them whose default is another today: a run that goes on keeps to what it meant."""
+
+RULES_OTHER_TODAY = ("straight_sectors",)
+"""Settings of the game, likewise."""
+
+
+def game_of_today(saved: Mapping[str, Any]) -> dict[str, Any]:
+    """The settings of a game of any version, as they stand in an actions.json, with those that came later."""
+    found = {**{key: LATER_KEYS[key] for key in RULES_OTHER_TODAY}, **saved}
+    return {key: value for key, value in found.items() if key != "capacity" or value is not None}  # the game's own
 
 
 def public_target(path: str) -> str:

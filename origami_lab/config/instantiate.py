@@ -12,6 +12,7 @@ import numpy as np
 
 from origami_lab.config.dotted_path import describe, locate
 from origami_lab.config.node import Node
+from origami_lab.config.physical_size import aimed_return, thickness_in_cells
 from origami_lab.config.settings import Settings
 from origami_lab.errors import InputError
 
@@ -66,6 +67,10 @@ def build_parts(settings: Settings, earlier: Parts | None = None) -> Parts:
     _let_refuse(settings.search["_target_"], made["search"], game)
     if settings.polish:
         _check_polish(settings.polish, made["objective"])
+    thickness_in_cells(settings, made["target"])
+    for stage in (*settings.stages, settings.stage):
+        if stage.target_return is not None:
+            aimed_return(stage.target_return, settings, made["objective"], made["target"])
     return Parts(game, made["target"], made["objective"], made["search"])
 
 
@@ -216,6 +221,12 @@ def _check_searcher(name: str, searcher: Any) -> None:
         raise InputError("search", name, f"must make an object with a method search(problem, rng){_got(searcher)}")
     _refuse_class("search", name, searcher)
     _check_call("search", name, searcher, "search", ("problem", "rng"))
+    saves = [method for method in ("save", "load") if callable(getattr(searcher, method, None))]
+    if len(saves) == 1:
+        raise InputError("search", name, f"has {saves[0]} and no {'load' if saves == ['save'] else 'save'}: needs both")
+    if saves:
+        _check_call("search", name, searcher, "save", ())
+        _check_call("search", name, searcher, "load", ("state",))
     if getattr(searcher, "check_game", None) is not None:
         _check_call("search", name, searcher, "check_game", ("game",))
 

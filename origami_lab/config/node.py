@@ -16,6 +16,8 @@ FREE_TO_CHANGE = (
     *("folder_format", "report_order", "trust", "polish", "polish_seconds", "polish_simplify"),
 )
 """Keys that may differ between a run and its resumption: they do not change what a trial finds."""
+OF_STAGES = ("budget", "target_return", "minutes", "stages")
+"""Keys that say how far a run goes, and went: it may go on, and its record names them."""
 
 
 def flatten(node: Node, prefix: str = "") -> dict[str, Any]:

@@ -23,6 +23,8 @@ NOT_IN_FILES = {
     "trust": "is given on the command line only",
 }
 """Keys that no file may set, and why."""
+KEYLESS = {"experiment", "program"}
+"""Groups whose options set keys of others only."""
 
 
 def config_dir() -> Path:
@@ -64,7 +66,7 @@ def check_file(file: Path, known_keys: Iterable[str]) -> None:
     if not isinstance(content, dict):
         raise InputError("configuration", file, "must hold keys and values, as a run's config.yaml does")
     known_keys = list(known_keys)
-    known = {key.partition(".")[0] for key in known_keys} - {"experiment"}
+    known = {key.partition(".")[0] for key in known_keys} - KEYLESS
     for key in content:
         if key not in known or key in NOT_IN_FILES:
             line = 1 + next((i for i, row in enumerate(text.splitlines()) if row.startswith(f"{key}:")), 0)
@@ -92,12 +94,16 @@ def own_roots() -> frozenset[str]:
 @functools.cache
 def _roots(folder: Path) -> frozenset[str]:
     content = yaml.safe_load((folder / f"{CONFIG_NAME}.yaml").read_text(encoding="utf-8"))
-    return frozenset({*content, *groups()} - {"defaults", "hydra", "experiment"})
+    return frozenset({*content, *groups()} - {"defaults", "hydra"} - KEYLESS)
 
 
 def options_of(folder: Path) -> list[str]:
-    """The options of a group, in folders of folders too, as in experiment=paper/bowl."""
-    return sorted(file.relative_to(folder).with_suffix("").as_posix() for file in folder.rglob("*.yaml"))
+    """The options of a group, in folders of folders too, as in experiment=paper/bowl.
+
+    Folders with a leading underscore hold what options bring for others.
+    """
+    files = [file.relative_to(folder).with_suffix("") for file in folder.rglob("*.yaml")]
+    return sorted(file.as_posix() for file in files if not file.as_posix().startswith("_"))
 
 
 def read_options(group: str) -> dict[str, dict[str, Any]]:
@@ -128,7 +134,7 @@ def explained_keys() -> dict[str, str]:
     """All keys of the configuration with the comments above them in its files; of several options the first counts."""
     found = _explained(config_dir() / f"{CONFIG_NAME}.yaml", "")
     for group, folder in groups().items():
-        if group not in ("hydra", "experiment", CONFIG_NAME):
+        if group not in {"hydra", CONFIG_NAME, *KEYLESS}:
             for name in options_of(folder):
                 found = {**_explained(folder / f"{name}.yaml", group), **found}
     return dict(sorted(found.items()))

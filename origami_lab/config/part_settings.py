@@ -19,6 +19,8 @@ from origami_lab.errors import InputError
 from origami_lab.file_names import CONFIG
 from origami_lab.files import expanded
 from origami_lab.game import start_patterns
+from origami_lab.lengths import millimetres
+from origami_lab.targets.mesh_reader import millimetres_per_unit
 from origami_lab.targets.mesh_target import MOST_FACES, check_settings
 
 if TYPE_CHECKING:
@@ -81,6 +83,9 @@ def _chosen(values: Node, wanted: list[str]) -> tuple[dict[str, Any], tuple[str,
     names = ("path", "closed", "max_faces", "up")
     said = {name: target[name] for name in names if name in target}
     check_settings(**said, **{key: value for key, value in given.items() if value is not None})
+    full = _true_scale(values)
+    if full is not None:
+        given["scale"] = full * (1.0 if given["scale"] is None else float(given["scale"]))
     part = analyse_part(
         expanded(target["path"]),
         up=str(target.get("up", "z")),
@@ -88,6 +93,8 @@ def _chosen(values: Node, wanted: list[str]) -> tuple[dict[str, Any], tuple[str,
         **given,
     )
     chosen = settings_of(part)
+    if full is not None:
+        chosen["target.scale"] = part.setup.scale / full
     some_given = "board.size" not in wanted or "board.width" not in wanted or "board.height" not in wanted
     if some_given or _get(values, "symmetry.name") == "xyd":  # whose board is as wide as high
         chosen |= {"board.width": None, "board.height": None, "board.size": max(part.setup.board)}
@@ -101,6 +108,12 @@ def _chosen(values: Node, wanted: list[str]) -> tuple[dict[str, Any], tuple[str,
     if {"start.size", "start.position"} <= set(wanted):
         kept["start"] = start
     return kept, tuple(summary_lines(part))
+
+
+def _true_scale(values: Node) -> float | None:
+    """Board cells per unit of the file at its true size; None where nobody says how long a cell is."""
+    cell = None if values.get("cell") is None else millimetres(values["cell"])
+    return None if cell is None else millimetres_per_unit(str(values["target"].get("path"))) / cell
 
 
 def settings_of(part: PartAnalysis) -> dict[str, Any]:

@@ -14,12 +14,16 @@ from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from origami_lab.addresses import keep
 from origami_lab.checks import Choice, Flag, Folder, Number, Section, Whole, Word, check
+from origami_lab.config.amounts import Amount, Millimetres, Paper, Reach
 from origami_lab.config.checked_values import Packages, Part, ReportOrder, Seeds, Tracking
 from origami_lab.config.earlier_versions import as_of_today
 from origami_lab.config.mesh_axis import as_it_was, resolved_up, with_resolved_up
 from origami_lab.config.node import Node, check_format, flatten
+from origami_lab.config.open_settings import settle_distance
 from origami_lab.config.option_files import own_roots, read_options
+from origami_lab.config.paper import settle_cell
 from origami_lab.config.part_settings import with_part_settings
+from origami_lab.config.stages import Budget, Minutes, Stage
 from origami_lab.errors import InputError
 from origami_lab.files import expanded
 from origami_lab.game.rule_settings import KEYS as RULE_KEYS
@@ -51,7 +55,7 @@ class Settings:
     seeds: Annotated[tuple[int, ...], Seeds()]
     seeds_given: bool
     """Whether they were asked for; else a resumed run keeps to its own."""
-    budget: Annotated[int, Whole(1, 10**12)]
+    budget: Budget
     """Interactions a trial."""
     certify: Annotated[bool, Choice({"improvements": True, "none": False})]
     workers: Annotated[int, Whole(1, 10**9, "must be auto or a number of processes from 1")]
@@ -72,10 +76,29 @@ class Settings:
     verbosity: Annotated[str, Choice(("quiet", "normal", "verbose"))]
     config: Node
     """The whole configuration, resolved, as it is written to config.yaml."""
+    target_return: Annotated[Amount | None, Reach()] = None
+    """A trial ends when it has reached this; None for none."""
+    minutes: Minutes = None
+    """Longest that the search of a trial may take; None for no limit."""
+    stages: tuple[Annotated[Stage, Section()], ...] = ()
+    """What a trial was given before, where the run has gone on."""
+    cell: Annotated[float | None, Millimetres()] = None
+    """Millimetres of a board cell on paper; None where nobody says."""
+    sheet: Annotated[tuple[float, float] | None, Paper()] = None
+    """Width and height of what is cut from, in millimetres."""
+    thickness: Annotated[float | None, Millimetres()] = None
+    """Of what is folded, in millimetres."""
     trust: Annotated[tuple[str, ...], Packages()] = ()
     """Installed packages whose code a ``_target_`` may name; never in a file."""
+    left_open: tuple[str, ...] = ()
+    """Settings that were left to us: a run that goes on keeps what they were."""
     part_lines: tuple[str, ...] = ()
     """What is to be said of the part by which settings were chosen, one line each."""
+
+    @property
+    def stage(self) -> Stage:
+        """The last stage, which is the present one."""
+        return Stage(self.budget, self.target_return, self.minutes)
 
 
 def read_settings(config: DictConfig) -> Settings:
@@ -92,7 +115,10 @@ def read_settings(config: DictConfig) -> Settings:
     check_format(values)
     _check_keys(values)
     values, part_lines = with_part_settings(_without_secrets(values))
-    checked = {**values, "game": _rules(values), "config": values}
+    values, left_open = settle_distance(values)
+    game = _rules(values)
+    values = settle_cell(values, game, fits_part=bool(part_lines))
+    checked = {**values, "game": game, "config": values, "left_open": left_open}
     checked["seeds_given"] = checked.pop("seed", 0) is not None
     if "seed" in values:
         checked["seeds"] = values["seed"] if checked["seeds_given"] else 0

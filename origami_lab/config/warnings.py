@@ -19,16 +19,19 @@ def remarks(settings: Settings, parts: Parts) -> Iterator[str]:
     idle = [name for name in ("polish_seconds", "polish_simplify") if settings.config.get(name) is not None]
     if idle and not settings.polish:
         yield f"warning: {' and '.join(idle)} without polish=N: nothing is polished"
+    if settings.minutes is not None:
+        yield "warning: minutes ends a trial's search by the clock: what is found is not reproducible by the seed alone"
     target = parts.target
     if target is not None and "target" not in settings.config["objective"]:
         yield f"warning: the objective ({settings.task}) does not look at the target ({target.name}); leave target out"
     if target is None or target.units_per_cell is None or settings.target is None:
         return
     name = Path(str(settings.target.get("path", target.name))).name
+    on_paper = "" if settings.cell is None else f", {settings.cell:.4g} mm on paper"
     if settings.part_lines:
         yield from settings.part_lines
     else:
-        yield f"{name}: 1 board cell = {target.units_per_cell:.4g} units of the file"
+        yield f"{name}: 1 board cell = {target.units_per_cell:.4g} units of the file{on_paper}"
     if settings.target.get("up", "") is None and axis_up(name) == "y":
         yield f"{name} stands with its z axis up, as in version 0.1.0, which this run was made by; new runs turn y up"
     symmetry = settings.game.symmetry

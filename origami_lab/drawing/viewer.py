@@ -133,9 +133,14 @@ def _facts(fold: FoldFile) -> list[tuple[str, str]]:
     facts = []
     if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e9:
         facts.append(("return", f"{value:.4f}".replace("-", "−")))
+        if fold.cell is not None and fold.metadata.get("return_in") == "cells":
+            facts.append(("distance", f"{abs(value) * fold.cell:.3g} mm"))
     if fold.frames and fold.best.driving_angle is not None:
         facts.append(("best driving angle", f"{abs(math.degrees(fold.best.driving_angle)):.1f}°"))
     creases = sum(letter not in "BC" for letter in fold.assignments)
+    if fold.cell is not None:
+        wide, high = np.ptp(fold.vertices, axis=0) * fold.cell
+        facts += [("board cell", f"{fold.cell:.4g} mm"), ("sheet", f"{wide:.4g} × {high:.4g} mm")]
     counts = (("panels", len(fold.panels)), ("creases", creases), ("vertices", len(fold.vertices)))
     return [*facts, *((name, str(count)) for name, count in counts)]
 

@@ -70,6 +70,8 @@ def show_results(console: Console, settings: Settings, experiment: Experiment) -
         return
     from origami_lab.experiment.terminal_table import (
         certificate_lines,
+        end_lines,
+        figure_lines,
         hint,
         places_line,
         polish_lines,
@@ -81,7 +83,8 @@ def show_results(console: Console, settings: Settings, experiment: Experiment) -
     title = f"{settings.task} · {settings.method} · {settings.budget:,} interactions a trial"
     console.print(summary_table(experiment.rows, title, console.width))
     rows = experiment.rows
-    for line in (*certificate_lines(rows), *polish_lines(rows), places_line(rows), hint(rows)):
+    said = (*figure_lines(rows), *end_lines(rows), *certificate_lines(rows), *polish_lines(rows))
+    for line in (*said, places_line(rows), hint(rows)):
         if line:
             console.print(line, highlight=False, soft_wrap=True)
     if settings.tracking.kind == "mlflow":

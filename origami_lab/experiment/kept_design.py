@@ -52,7 +52,13 @@ class _Verified:
         }
 
 
-def keep_design(path: Path, outcome: Outcome, make: Callable[[Outcome], CreasePattern], verifies: bool) -> Kept:
+def keep_design(
+    path: Path,
+    outcome: Outcome,
+    make: Callable[[Outcome], CreasePattern],
+    verifies: bool,
+    thickness: float = 0.0,
+) -> Kept:
     """Write a trial's best design and verify the file; a refuted one gives way to the last improvement that is not.
 
     Where all that are looked at are refuted the best one stays, and its verdict says so. A verification that fails
@@ -66,6 +72,8 @@ def keep_design(path: Path, outcome: Outcome, make: Callable[[Outcome], CreasePa
         The design of an outcome, with all that its file says of it.
     verifies
         Whether designs are verified at all.
+    thickness
+        In board cells: panels that share no vertex must keep this distance.
     """
     from origami_lab.fold_format.writer import write_fold
 
@@ -78,7 +86,7 @@ def keep_design(path: Path, outcome: Outcome, make: Callable[[Outcome], CreasePa
         earlier = _without_last(outcome, back)
         design = make(earlier)
         write_fold(path / BEST, design)
-        found = _Verified(earlier, design, *_verify(path / BEST))
+        found = _Verified(earlier, design, *_verify(path / BEST, thickness))
         if found.verdict != REFUTED:
             break
         refuted.append(found)
@@ -105,7 +113,7 @@ def _without_last(outcome: Outcome, count: int) -> Outcome:
     )
 
 
-def _verify(file: Path) -> tuple[str, str, str]:
+def _verify(file: Path, thickness: float) -> tuple[str, str, str]:
     """The verdict on a file, its reason, and the text of the certificate.
 
     No time limit: how many states of the motion are solved for is bounded, so that the verdict does not depend on the
@@ -114,7 +122,7 @@ def _verify(file: Path) -> tuple[str, str, str]:
     try:
         from origami_lab.verification.verify_design import verify
 
-        certificate = replace(verify(file), name=BEST)
+        certificate = replace(verify(file, thickness), name=BEST)
         return certificate.verdict, certificate.reason, certificate.json_text()
     except Exception as error:
         return NOT_CHECKED, f"{type(error).__name__}: {error}", ""

@@ -13,7 +13,8 @@ from pathlib import Path
 
 from origami_lab.config.instantiate import Parts, build_parts
 from origami_lab.config.settings import Settings
-from origami_lab.experiment.trial import random_generator, run_trial
+from origami_lab.experiment.staged_search import stage_generator
+from origami_lab.experiment.trial import run_trial
 from origami_lab.runs.run_folder import RunFolder
 
 FEW, SOME = 200, 2000
@@ -34,7 +35,7 @@ def load_kernels(settings: Settings, earlier: Parts) -> None:
     problem = Problem(parts.game, parts.objective, min(settings.budget, FEW), certify=settings.certify)
     if _are_known(parts):
         with suppress(SearchEnded):
-            parts.searcher.search(problem, random_generator(0))
+            parts.searcher.search(problem, stage_generator(0, 0))
 
 
 def warm_up(settings: Settings, earlier: Parts, compiles: Callable[[], None]) -> float | None:
@@ -56,7 +57,7 @@ def warm_up(settings: Settings, earlier: Parts, compiles: Callable[[], None]) ->
     with compile_clock(compiles) as clock:
         load_kernels(settings, earlier)
         if clock.seconds and _are_known(earlier):
-            small = replace(settings, budget=min(settings.budget, SOME), polish=None)
+            small = replace(settings, budget=min(settings.budget, SOME), polish=None, target_return=None, stages=())
             with tempfile.TemporaryDirectory(prefix="origami-lab-") as place:
                 folder = RunFolder(Path(place))
                 folder.begin(settings.config, earlier.target, None)

@@ -18,7 +18,16 @@ from origami_lab.polish.polisher import FINER, STEPS, Polished, polish_design
 from origami_lab.polish.simplifier import TOLERANCE, GameDesign, PolishedDesign, Simplified, simplify_design
 from origami_lab.runs.locks import locked
 from origami_lab.runs.run_folder import FolderError, RunFolder
-from origami_lab.runs.trial_row import OK, POLISHED_RETURNS, RETURNS, STOPPED, TIME_LIMIT, TrialRow, beside_row
+from origami_lab.runs.trial_row import (
+    LIKENESSES,
+    OK,
+    POLISHED_RETURNS,
+    RETURNS,
+    STOPPED,
+    TIME_LIMIT,
+    TrialRow,
+    beside_row,
+)
 
 Made = TypeVar("Made", Polished, Simplified)
 
@@ -33,6 +42,8 @@ class PolishOptions:
     finer: int = FINER
     simplify: float | None = None
     """A tolerance in cells: what the design does not need is taken out at the end. None leaves all of it."""
+    thickness: float = 0.0
+    """In board cells: panels that share no vertex must keep this distance in the certificate."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +149,8 @@ def simplify_saved(
         If the design cannot be read, not even the whole design is certified, or its folder cannot be written.
     """
     saved = read_saved(file, overrides)
-    simplified = simplify_design(GameDesign(saved.game, saved.objective, saved.actions, saved.facts), tolerance)
+    whole = GameDesign(saved.game, saved.objective, saved.actions, saved.facts)
+    simplified = simplify_design(whole, tolerance, saved.thickness)
     figures = {"certificate": simplified.certificate.verdict, **simplified_figures(simplified, tolerance)}
     with _to_be_written(file.parent):
         return _written(simplified, figures, saved, SIMPLIFIED, file.parent, pictures)
@@ -181,6 +193,7 @@ def _polish(
         seconds=options.seconds,
         finer=options.finer,
         metadata=saved.facts,
+        thickness=options.thickness or saved.thickness,
         on_progress=on_progress,
         should_stop=should_stop,
     )
@@ -188,7 +201,7 @@ def _polish(
         return polished, polished_figures(polished, options.seed)
     angle = float(polished.design.driving_angles[-1])
     whole = PolishedDesign(polished.board, angle, saved.objective, polished.design.metadata)
-    left = simplify_design(whole, options.simplify)
+    left = simplify_design(whole, options.simplify, options.thickness or saved.thickness)
     assert left.board is not None
     returns = all_returns(left.board, angle, saved.objective, saved.objective.bind(left.board.game))
     simple = replace(polished, design=left.design, returns=returns, certificate=left.certificate, board=left.board)
@@ -199,6 +212,7 @@ def _polish(
 def _with_polish(row: TrialRow, polished: Polished, ended: str) -> TrialRow:
     """A trial's row with what its polish came to."""
     returns = {column: polished.returns[name] for column, name in zip(POLISHED_RETURNS, RETURNS, strict=True)}
+    returns |= {f"polished_{name}": polished.returns[name] for name in LIKENESSES}
     found = {
         "polish": ended,
         "polish_steps": polished.steps,

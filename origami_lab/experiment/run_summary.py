@@ -13,7 +13,7 @@ from origami_lab.about import __version__
 from origami_lab.config.seeds import format_seeds
 from origami_lab.config.settings import Settings
 from origami_lab.runs.run_folder import RunFolder, read_summary
-from origami_lab.runs.trial_row import TrialRow, best_row, certificates, counts, spreads
+from origami_lab.runs.trial_row import FIGURES, LIKENESSES, TrialRow, best_row, certificates, counts, spreads
 from origami_lab.text import command_text
 
 PACKAGES = ("numpy", "numba", "scipy", "trimesh", "hydra-core", "mlflow")
@@ -31,6 +31,7 @@ def summarise(
         "task": settings.task,
         "search": settings.method,
         "budget": settings.budget,
+        **({"stages": [stage.to_node() for stage in settings.stages]} if settings.stages else {}),
         "seeds": format_seeds(settings.seeds),
         "interrupted": interrupted,
         **_figures(rows),
@@ -53,13 +54,18 @@ def _figures(rows: Mapping[int, TrialRow]) -> dict[str, Any]:
     """The part of summary.json that the rows say."""
     best, polished = best_row(rows.values()), best_row(rows.values(), "polished_return")
     shown = ("seed", "polished_return", "polished_driving_angle")
+    ends = {row.ended for row in rows.values() if row.ended}
+    found, others = spreads(rows.values()), (*FIGURES, *(f"polished_{name}" for name in LIKENESSES))
     return {
         "trials": counts(rows.values()),
-        "returns": {name: asdict(spread) for name, spread in spreads(rows.values()).items()},
+        "returns": {name: asdict(spread) for name, spread in found.items() if name not in others},
+        "figures": {name: asdict(spread) for name, spread in found.items() if name in others},
+        "surface_is_worse": [row.seed for row in rows.values() if row.surface_is_worse],
         "std": "sample standard deviation (n - 1)",
         "certificates": {verdict: len(seeds) for verdict, seeds in certificates(rows.values()).items()},
         "best": None if best is None else {name: best[name] for name in ("seed", "return", "driving_angle")},
         "best_polished": None if polished is None else {name: polished[name] for name in shown},
+        "ended": {name: sum(row.ended == name for row in rows.values()) for name in sorted(ends)},
         "interactions": sum(row.interactions or 0 for row in rows.values()),
         "places_evaluated": sum(row.places_evaluated or 0 for row in rows.values()),
     }

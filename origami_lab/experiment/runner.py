@@ -13,14 +13,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from origami_lab.config.instantiate import Parts, build_parts
-from origami_lab.config.resumed_settings import like_begun
+from origami_lab.config.resumed_settings import like_begun, with_stages
 from origami_lab.config.seeds import format_seeds, parse_seeds
 from origami_lab.config.settings import Settings, fit_workers
 from origami_lab.config.warnings import remarks
 from origami_lab.errors import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK
 from origami_lab.experiment.progress_display import Display, make_display
 from origami_lab.experiment.run_summary import summarise
-from origami_lab.experiment.trial import Polishing, Progress, is_done
+from origami_lab.experiment.trial import Polishing, Progress, is_done, is_searched
 from origami_lab.experiment.trial_pool import Event, TrialPool
 from origami_lab.experiment.trial_worker import Failed, Finished
 from origami_lab.runs.run_folder import NO_ROOM, FolderError, RunFolder, read_summary
@@ -96,10 +96,7 @@ def run_experiment(
                 if settings.resume and not resumed:
                     display.note(f"nothing to resume in {folder.path} yet: starting")
                 elif settings.resume:
-                    searched = sum(seed in rows and rows[seed].spent_budget for seed in settings.seeds)
-                    rest = searched - (len(settings.seeds) - len(todo))
-                    remainder = f", {rest} of them to be polished" if rest else ""
-                    display.note(f"{searched} of {len(settings.seeds)} trials are on disk{remainder}")
+                    display.note(_what_is_there(settings, rows, len(todo)))
                 for remark in remarks(settings, parts) if settings.verbosity != "quiet" else ():
                     display.note(remark)
                 record = _Record(settings, folder, place, rows, display, command, parts.target, trouble)
@@ -114,6 +111,18 @@ def run_experiment(
             code = record.exit_code(interrupted=summary["interrupted"])
             record.finish(interrupts)
     return Experiment(folder.path, record.ordered(), summary, code, left_at_once)
+
+
+def _what_is_there(settings: Settings, rows: Mapping[int, TrialRow], todo: int) -> str:
+    """A line on the trials of a run that is resumed: how many are there, and what is left to do with those."""
+    there = [rows[seed] for seed in settings.seeds if seed in rows and rows[seed].spent_budget]
+    searched = sum(is_searched(row, settings) for row in there)
+    said = [f"{len(there)} of {len(settings.seeds)} trials are on disk"]
+    if searched < len(there):
+        said.append(f"{len(there) - searched} of them to go on, up to {settings.budget:,} interactions")
+    if rest := searched - (len(settings.seeds) - todo):
+        said.append(f"{rest} of them to be polished")
+    return ", ".join(said)
 
 
 def _begin(folder: RunFolder, settings: Settings, parts: Parts) -> str:
@@ -268,7 +277,8 @@ class _Record:
         )
 
     def exit_code(self, interrupted: bool) -> int:
-        failed = self.trouble or any(row.has_failed for row in self.rows.values())
+        rows = self.rows.values()
+        failed = self.trouble or any(row.has_failed or not is_searched(row, self.settings) for row in rows)
         return EXIT_INTERRUPTED if interrupted else EXIT_FAILED if failed else EXIT_OK
 
     def finish(self, interrupts: Interrupts) -> None:
@@ -283,9 +293,12 @@ class _Record:
 
 
 def _as_begun(settings: Settings) -> Settings:
-    """Settings of a run that goes on which was made before all of them could be said."""
-    begun = RunFolder(settings.output) if settings.resume and settings.output is not None else None
-    return like_begun(settings, begun.config()) if begun is not None and begun.has_begun else settings
+    """Settings of a run that goes on: what could not be said when it began is as it was, and its stages are known."""
+    folder = RunFolder(settings.output) if settings.resume and settings.output is not None else None
+    if folder is None or not folder.has_begun:
+        return settings
+    begun = folder.config()
+    return with_stages(like_begun(settings, begun), begun)
 
 
 def _with_seeds_on_disk(settings: Settings, folder: RunFolder, rows: Mapping[int, TrialRow]) -> Settings:

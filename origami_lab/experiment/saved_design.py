@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,9 @@ from omegaconf import DictConfig, OmegaConf
 
 from origami_lab.config.compose import compose_settings
 from origami_lab.config.dotted_path import locate
+from origami_lab.config.earlier_versions import game_of_today
 from origami_lab.config.instantiate import build_game, build_objective
+from origami_lab.config.physical_size import thickness_in_cells
 from origami_lab.config.settings import Settings, read_settings
 from origami_lab.drawing.scene import TargetSurface
 from origami_lab.errors import InputError
@@ -48,6 +50,8 @@ class SavedDesign:
     """Its FOLD file."""
     run: Path | None = None
     """The folder of the run whose trial's best design it is; None for any other file."""
+    thickness: float = 0.0
+    """Of what is folded, as its run says, in board cells."""
 
     @property
     def seed(self) -> int:
@@ -158,12 +162,10 @@ def _of_trial(file: Path, trust: Sequence[str]) -> SavedDesign:
         run.check_target(target)
     with _readable(trial / ACTIONS):
         saved = read_json(trial / ACTIONS)
-        given, start = dict(saved["game"]), dict(saved["game"]["start"])
+        given, start = game_of_today(saved["game"]), dict(saved["game"]["start"])
         given["start"] = locate("start", start.pop("_target_"), settings.trust)(**start)
-        if given.get("capacity") is None:  # the game's own default
-            given.pop("capacity", None)
         game = Game(**given)
-    return saved_in(trial, game, objective, target)
+    return replace(saved_in(trial, game, objective, target), thickness=thickness_in_cells(settings, target))
 
 
 def saved_in(trial: Path, game: Game, objective: Any, target: Target | None) -> SavedDesign:

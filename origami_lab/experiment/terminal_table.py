@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from origami_lab.runs.trial_row import (
     FAILED,
+    GOAL,
+    MINUTES,
     NO_DESIGN,
     OK,
     REFUTED,
@@ -103,6 +105,49 @@ def certificate_lines(rows: Iterable[TrialRow]) -> list[str]:
     return lines
 
 
+def figure_lines(rows: Iterable[TrialRow]) -> list[str]:
+    """Lines on how like its target the best design is, and where the vertices flatter a design."""
+    rows = list(rows)
+    best = best_row(row for row in rows if row.outcome != NO_DESIGN and row.chamfer is not None)
+    if best is None:
+        return []
+    other = [] if best.return_units is None else [f"{_short(-best.return_units)} units of the file"]
+    if best.return_mm is not None:
+        other.append(f"{_short(-best.return_mm)} mm on paper")
+    if best.return_percent is not None:
+        other.append(f"{_short(-best.return_percent)} % of the target's size")
+    seed = f" (seed {best.seed})" if len(rows) > 1 else ""
+    away = f"{_short(-best.return_)} cells from the target" if best.return_ is not None else "distance"
+    lines = [
+        f"best{seed}: {' = '.join([away, *other])}; on average {_short(best.chamfer)} cells;"
+        f" likeness {_number(best.likeness, '.2f')}"
+    ]
+    if best.cell_mm is not None:
+        sides = f"{_short(best.width_mm)} × {_short(best.height_mm)} mm"
+        lines.append(f"its pattern is {sides}, {_short(best.cell_mm)} mm a board cell")
+    if seeds := sorted(row.seed for row in rows if row.surface_is_worse):
+        lines.append(
+            f"seed {', '.join(map(str, seeds))}: by surface the design is further from the target than by vertex, by"
+            " more than a tenth: panels stand out, or leave places bare, where no vertex shows it"
+        )
+    return lines
+
+
+def end_lines(rows: Iterable[TrialRow]) -> list[str]:
+    """Lines on trials that ended before their budget was spent."""
+    rows, lines = sorted(rows, key=lambda row: row.seed), []
+    for end, words in _END_WORDS.items():
+        if seeds := [row.seed for row in rows if row.ended == end]:
+            lines.append(f"seed {', '.join(map(str, seeds))}: {words}")
+    return lines
+
+
+_END_WORDS = {
+    GOAL: "ended by target_return, which it has reached",
+    MINUTES: "ended by minutes: what it found depends on the machine, and is not reproducible by the seed alone",
+}
+
+
 def polish_lines(rows: Iterable[TrialRow]) -> list[str]:
     """Lines on the polished designs for below the table: the best of them, and whose polish did not come to its end."""
     rows = sorted((row for row in rows if row.polish is not None), key=lambda row: row.seed)
@@ -143,6 +188,10 @@ def _differs(value: float | None, other: float | None) -> bool:
 
 def _footer(spread: Spread | None) -> str:
     return "" if spread is None else f"{_number(spread.mean, '.4f')}\n{_number(spread.std, '.4f')}"
+
+
+def _short(value: float | None) -> str:
+    return "–" if value is None or not math.isfinite(value) else f"{value:.3g}"
 
 
 def _number(value: Any, form: str) -> str:

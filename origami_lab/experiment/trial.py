@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -13,12 +11,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from origami_lab.config.instantiate import Parts, build_parts
+from origami_lab.config.physical_size import is_distance, thickness_in_cells
 from origami_lab.config.settings import Settings
 from origami_lab.experiment.kept_design import Kept, keep_design
+from origami_lab.experiment.search_state import SearchState, read_state, state_of_row
+from origami_lab.experiment.staged_search import Searched, search_in_stages
 from origami_lab.experiment.trial_files import write_files
-from origami_lab.file_names import POLISHED, RESULT
+from origami_lab.file_names import POLISHED, RESULT, STATE
+from origami_lab.runs.checkpoint import Checkpoint
 from origami_lab.runs.run_folder import FolderError, RunFolder
-from origami_lab.runs.trial_row import FAILED, NO_DESIGN, OK, STOPPED, TrialRow, beside_row
+from origami_lab.runs.trial_row import FAILED, STOPPED, TrialRow, beside_row
 from origami_lab.workers.worker_process import reason_of
 
 if TYPE_CHECKING:
@@ -53,7 +55,12 @@ Report = Callable[[Progress | Polishing], None]
 
 def is_done(row: TrialRow | None, settings: Settings) -> bool:
     """Whether there is nothing left to do for a trial, given its row if it has one."""
-    return row is not None and row.spent_budget and not (settings.polish and row.may_be_polished)
+    return row is not None and is_searched(row, settings) and not (settings.polish and row.may_be_polished)
+
+
+def is_searched(row: TrialRow, settings: Settings) -> bool:
+    """Whether a trial has gone through all stages of its run."""
+    return row.has_gone_through(len(settings.stages) + 1, settings.budget)
 
 
 def run_trial(
@@ -63,11 +70,15 @@ def run_trial(
     report: Report | None = None,
     should_stop: Callable[[], bool] | None = None,
     parts: Parts | None = None,
+    make_parts: Callable[[], Parts] | None = None,
+    keep_state: bool = True,
 ) -> tuple[TrialRow, list[str]]:
     """Search with one seed and write ``seed=N`` into the run folder, then polish its best design if that is asked for.
 
-    A trial that is there as a whole is not searched for again. The result depends on the settings and the seed only,
-    not on the process or on what ran in it before: ``parts`` may be given where they are built already, but not used.
+    A trial that is there as a whole is not searched for again; one of a run that goes on is searched for what it has
+    not come to yet. The result depends on the settings and the seed only, not on the process or on what ran in it
+    before: ``parts`` may be given where they are built already, but not used; ``make_parts`` makes others. Without
+    ``keep_state`` a longer run has to begin the searcher anew.
 
     Returns
     -------
@@ -78,54 +89,40 @@ def run_trial(
     FolderError
         If its files cannot be written; nothing is left of those that could not.
     """
-    parts, warnings = parts or build_parts(settings), list[str]()
+    make_parts = make_parts or (lambda: build_parts(settings))
+    parts, warnings = parts or make_parts(), list[str]()
     row = folder.rows([seed]).get(seed)
-    if row is None or not row.spent_budget:
-        row, warnings = _search(settings, seed, folder, parts, report, should_stop)
+    if row is None or not is_searched(row, settings):
+        begun, warnings = _begun(folder, row)
+
+        def on_progress(problem: Problem, seconds: float) -> None:
+            if report is not None:
+                best = problem.best_value
+                report(Progress(seed, problem.interactions, best if math.isfinite(best) else None, seconds))
+
+        checkpoints = Checkpoint(folder.path, seed)
+        searched = search_in_stages(settings, seed, parts, make_parts, begun, checkpoints, on_progress, should_stop)
+        row, more = _write(settings, seed, folder, searched, keep_state)
+        warnings += [*searched.warnings, *more]
+        if searched.status != STOPPED:
+            checkpoints.remove()
     if settings.polish and row.may_be_polished and not (should_stop and should_stop()):
         row, more = _polish(settings, settings.polish, folder, parts, row, report, should_stop)
         warnings += more
     return row, warnings
 
 
-def _search(
+def _write(
     settings: Settings,
     seed: int,
     folder: RunFolder,
-    parts: Parts,
-    report: Report | None,
-    should_stop: Callable[[], bool] | None,
+    searched: Searched,
+    keep_state: bool,
 ) -> tuple[TrialRow, list[str]]:
-    """The search of a trial, and its files."""
-    from origami_lab.jit import compile_clock
+    """The files of what a search has found, and its row."""
     from origami_lab.objectives.objective import pose
-    from origami_lab.search.problem import Problem, SearchEnded
 
-    def on_progress(problem: Problem) -> None:
-        if report is not None:
-            best = problem.best_value
-            found = best if math.isfinite(best) else None
-            report(Progress(seed, problem.interactions, found, time.perf_counter() - start - clock.seconds))
-
-    problem = Problem(
-        parts.game,
-        parts.objective,
-        settings.budget,
-        certify=settings.certify,
-        on_progress=on_progress,
-        should_stop=should_stop,
-    )
-    start = time.perf_counter()
-    # a searcher that does not ask for ``done`` ends by SearchEnded
-    with compile_clock() as clock, suppress(SearchEnded):
-        parts.searcher.search(problem, random_generator(seed))
-    seconds = time.perf_counter() - start - clock.seconds
-    on_progress(problem)
-
-    outcome = problem.outcome()
-    # a search that ends by itself before its budget is spent is a finished one
-    stopped = problem.stopped and outcome.interactions < settings.budget
-    status = STOPPED if stopped else OK if outcome.succeeded else NO_DESIGN
+    parts, status = searched.parts, searched.status
 
     def make(found: Outcome) -> CreasePattern:
         design = parts.game.design(found.actions, found.angle)
@@ -135,12 +132,31 @@ def _search(
         facts |= {"interactions": int(found.interactions), "status": status}
         if parts.target is not None and parts.target.units_per_cell is not None:
             facts["units_per_cell"] = parts.target.units_per_cell
+        if settings.cell is not None:
+            facts |= {"cell_mm": settings.cell} | ({"sheet_mm": list(settings.sheet)} if settings.sheet else {})
+            facts |= {"return_in": "cells"} if is_distance(parts.objective) else {}
         return replace(design, metadata=MappingProxyType(facts | pose(parts.objective, design)))
 
     with folder.new_trial(seed) as path:
-        kept = keep_design(path, outcome, make, verifies=settings.files == "all" and settings.certify)
-        row = _row(seed, parts, kept, seconds, status)
-        return row, write_files(path, folder, settings, parts, kept, row)
+        thickness = thickness_in_cells(settings, parts.target)
+        verifies = settings.files == "all" and settings.certify
+        kept = keep_design(path, searched.outcome, make, verifies, thickness)
+        row = _row(seed, searched, kept, settings.cell)
+        if searched.state is not None and keep_state:
+            (path / STATE).write_bytes(searched.state.to_bytes())
+        return row, write_files(path, folder, settings, parts, kept, row, searched.record)
+
+
+def _begun(folder: RunFolder, row: TrialRow | None) -> tuple[SearchState | None, list[str]]:
+    """The state that a trial goes on from, None if it has come to the end of no stage, and warnings."""
+    if row is None or row.has_failed:
+        return None, []
+    trial = folder.trial(row.seed)
+    state = read_state(trial)
+    if state is not None or row.outcome == STOPPED:
+        return state, []
+    says = f"no {STATE} can be read in {trial}: the searcher begins anew, above the best"
+    return state_of_row(trial, row), [says] if row.stages is not None else []
 
 
 def _polish(
@@ -156,7 +172,12 @@ def _polish(
     from origami_lab.experiment.reworked_designs import PolishOptions, polish_trial
     from origami_lab.experiment.saved_design import saved_in
 
-    options = PolishOptions(steps, seconds=settings.polish_seconds, simplify=settings.polish_simplify)
+    options = PolishOptions(
+        steps,
+        seconds=settings.polish_seconds,
+        simplify=settings.polish_simplify,
+        thickness=thickness_in_cells(settings, parts.target),
+    )
     if report is not None:
         report(Polishing(row.seed, 0, row["return"]))
     try:
@@ -179,11 +200,6 @@ def _polish(
     return polished or row, list(done.warnings)
 
 
-def random_generator(seed: int) -> np.random.Generator:
-    """The one source of randomness of a trial."""
-    return np.random.default_rng(np.random.SeedSequence(seed))
-
-
 def _return(parts: Parts, outcome: Outcome) -> float:
     """The best return; if no episode succeeded all of them brought the penalty."""
     return float(outcome.value) if outcome.succeeded else parts.game.penalty
@@ -194,11 +210,12 @@ def _driving_angle(parts: Parts, outcome: Outcome) -> float | None:
     return math.degrees(parts.game.angles[outcome.angle]) if outcome.succeeded else None
 
 
-def _row(seed: int, parts: Parts, kept: Kept, seconds: float, status: str) -> TrialRow:
+def _row(seed: int, searched: Searched, kept: Kept, cell: float | None) -> TrialRow:
     from origami_lab.objectives.objective import report as report_figures
 
-    outcome, design = kept.outcome, kept.design
+    outcome, design, parts, seconds = kept.outcome, kept.design, searched.parts, searched.seconds
     figures = report_figures(parts.objective, parts.game, outcome.actions, outcome.angle)
+    own = _finite(figures.get("return_own"))
     return TrialRow(
         seed=seed,
         return_=_return(parts, outcome),
@@ -214,11 +231,21 @@ def _row(seed: int, parts: Parts, kept: Kept, seconds: float, status: str) -> Tr
         creases=int(np.count_nonzero(~design.boundary)),
         panels=len(design.panels),
         reach=len(design.driving_angles),
-        status=status,
+        status=searched.status,
         episodes=int(outcome.episodes),
         rejected=int(outcome.rejected),
         places_evaluated=int(outcome.places_evaluated),
         certificate=kept.verdict,
+        return_percent=_finite(figures.get("return_percent")),
+        return_units=_finite(figures.get("return_units")),
+        chamfer=_finite(figures.get("chamfer")),
+        likeness=_finite(figures.get("likeness")),
+        cell_mm=cell,
+        return_mm=None if cell is None or own is None else own * cell,
+        width_mm=None if cell is None else float(np.ptp(design.vertices[:, 0])) * cell,
+        height_mm=None if cell is None else float(np.ptp(design.vertices[:, 1])) * cell,
+        ended=searched.ended,
+        stages=searched.stages,
     )
 
 

@@ -5,22 +5,25 @@ from __future__ import annotations
 import csv
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from origami_lab.config.instantiate import Parts
 from origami_lab.config.settings import Settings
 from origami_lab.experiment.kept_design import Kept
+from origami_lab.experiment.search_state import RECORD
 from origami_lab.file_names import (
     ACTIONS,
     BEST,
     CURVE,
+    CUT_SHEETS,
     FILM,
     FOLDED_PNG,
     MOTION,
+    PATTERN_DXF,
     PATTERN_PNG,
     PATTERN_SVG,
     RESULT,
@@ -40,9 +43,20 @@ MOTION_STEPS = 24
 
 
 def write_files(
-    path: Path, folder: RunFolder, settings: Settings, parts: Parts, kept: Kept, row: TrialRow
+    path: Path,
+    folder: RunFolder,
+    settings: Settings,
+    parts: Parts,
+    kept: Kept,
+    row: TrialRow,
+    record: Sequence[Mapping[str, Any]] = (),
 ) -> list[str]:
     """Write all files of a trial beside its ``best.fold``.
+
+    Parameters
+    ----------
+    record
+        What the stages of its search were given and have come to, for ``result.json``.
 
     Returns
     -------
@@ -56,8 +70,9 @@ def write_files(
     if settings.files == "all":
         motion, warnings = _motion(parts, kept.outcome, kept.design)
         write_fold(path / MOTION, motion)
-        warnings += [*kept.warnings, *_draw(path, folder)]
-    row.write(path / RESULT, {"passed_over": kept.passed_over} if kept.passed_over else {})
+        warnings += [*kept.warnings, *_draw(path, folder, on_paper=settings.cell is not None)]
+    beside = {"passed_over": kept.passed_over, RECORD: list(record)}
+    row.write(path / RESULT, {name: value for name, value in beside.items() if value})
     return warnings
 
 
@@ -104,7 +119,7 @@ def _write_curve(path: Path, parts: Parts, outcome: Outcome, row: TrialRow) -> N
         writer.writerow((row.interactions, row.return_, row.driving_angle))
 
 
-def _draw(path: Path, folder: RunFolder) -> list[str]:
+def _draw(path: Path, folder: RunFolder, on_paper: bool) -> list[str]:
     """Draw the pictures. One that fails is a warning, the design is what counts; a full disk is an OSError."""
     warnings = []
     target_file = folder.path / TARGET
@@ -117,13 +132,16 @@ def _draw(path: Path, folder: RunFolder) -> list[str]:
         target = read_target(target_file) if target_file.is_file() else None
     except Exception as error:
         return [f"no pictures: {type(error).__name__}: {error}"]
-    pictures: tuple[tuple[str, Callable[[Path], object]], ...] = (
+    pictures: list[tuple[str, Callable[[Path], object]]] = [
         (PATTERN_PNG, lambda file: draw_pattern(fold, file)),
         (FOLDED_PNG, lambda file: draw_folded(fold, file, target)),
         (FILM, lambda file: draw_motion(motion, file, target)),
         (PATTERN_SVG, lambda file: export_design(path, "svg", file)),
         (VIEWER, lambda file: export_design(path, "html", file, target=target)),
-    )
+    ]
+    if on_paper:
+        pictures.append((PATTERN_DXF, lambda file: export_design(path, "dxf", file)))
+        pictures += [(name, lambda file: export_design(path, "cut", file)) for name in CUT_SHEETS]
     for name, draw in pictures:
         try:
             draw(path / name)

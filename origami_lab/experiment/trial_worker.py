@@ -88,9 +88,12 @@ def _build(settings: Settings, calls: Calls, earlier: Parts | None = None) -> Pa
 
 
 def _answer(task: Task, orders: Orders, parts: Parts | None, earlier: Parts | None, calls: Calls) -> Finished | Failed:
+    def fresh() -> Parts:
+        return _build(task.settings, calls, earlier)
+
     try:
-        parts = parts or _build(task.settings, calls, earlier)
-        row, warnings = run_trial(task.settings, task.seed, task.folder, orders.say, orders.stop, parts)
+        parts = parts or fresh()
+        row, warnings = run_trial(task.settings, task.seed, task.folder, orders.say, orders.stop, parts, fresh)
         return Finished(task.seed, row, warnings)
     except FolderError as error:
         return Failed(task.seed, f"cannot write its files: {error.why}", "", error.why)

@@ -21,7 +21,18 @@ from origami_lab.fold_format.fold_file import FoldFile, FoldFrame
 
 Line = NDArray[np.float64]
 
-SHEETS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0)}
+SHEETS = {
+    "A0": (841.0, 1189.0),
+    "A1": (594.0, 841.0),
+    "A2": (420.0, 594.0),
+    "A3": (297.0, 420.0),
+    "A4": (210.0, 297.0),
+    "A5": (148.0, 210.0),
+    "A6": (105.0, 148.0),
+    "LETTER": (215.9, 279.4),
+    "LEGAL": (215.9, 355.6),
+    "TABLOID": (279.4, 431.8),
+}
 MARGIN = 10.0
 """Millimetres of the sheet that stay free at each side, unless said otherwise."""
 LAYERS = {"cut": "#000000", "mountain": "#ff0000", "valley": "#0000ff", "unassigned": "#ff00ff"}
@@ -150,16 +161,18 @@ def write_cut(sheet: CutSheet, path: str | os.PathLike[str]) -> None:
 
 
 def parse_sheet(text: str) -> tuple[float, float]:
-    """A4, A3 or WIDTHxHEIGHT in millimetres. Raises :class:`InputError`."""
+    """One of :data:`SHEETS`, or WIDTHxHEIGHT in millimetres. Raises :class:`InputError`."""
     if text.upper() in SHEETS:
         return SHEETS[text.upper()]
-    parts = text.lower().replace("×", "x").split("x")
+    parts = text.lower().removesuffix("mm").replace("×", "x").split("x")
     try:
         width, height = (float(part) for part in parts)
     except ValueError:
         width = height = math.nan
     if not (0.0 < width <= 1e5 and 0.0 < height <= 1e5):
-        raise InputError("sheet", text, "must be A4, A3 or WIDTHxHEIGHT in millimetres, like 300x200")
+        raise InputError(
+            "sheet", text, "must be A0 to A6, letter, legal, tabloid or WIDTHxHEIGHT in millimetres, like 300x200"
+        )
     return width, height
 
 

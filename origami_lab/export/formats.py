@@ -87,7 +87,7 @@ def _fold(order: _Order, path: Path) -> None:
 
 
 def _svg(order: _Order, path: Path) -> None:
-    write_svg(order.fold, order.creases, path)
+    write_svg(order.fold, order.creases, path, cell=order.cell)
 
 
 def _dxf(order: _Order, path: Path) -> None:
@@ -133,7 +133,7 @@ def _mp4(order: _Order, path: Path) -> None:
 _SOLID = ("angle", "cell", "thickness")
 FORMATS: Mapping[str, Format] = {
     "fold": Format((".full.fold",), "FOLD 1.2, pattern and motion in one file", _fold),
-    "svg": Format((".svg",), "the pattern for Origami Simulator", _svg, ("angle",)),
+    "svg": Format((".svg",), "the pattern for Origami Simulator", _svg, ("angle", "cell")),
     "dxf": Format((".dxf",), "the pattern for CAD, lines on layers", _dxf, ("angle", "cell", "palette")),
     "cp": Format((".cp",), "the pattern for ORIPA, Oriedita", _cp, ("angle",)),
     "obj": Format((".obj",), "the folded sheet", _mesh, _SOLID, folded=True),
@@ -188,9 +188,11 @@ def export_design(
     thickness
         Of solid panels in meshes, in board cells, with ``cell`` in millimetres.
     cell
-        Millimetres a board cell, in cut sheets, DXF and meshes.
+        Millimetres a board cell, in cut sheets, SVG, DXF and meshes; by default what the file says, from a run with
+        ``cell`` or ``sheet``.
     sheet, margin
-        What to cut from: ``"A4"``, ``"A3"`` or width and height, and what stays free at each side, in millimetres.
+        What to cut from: ``"A4"``, ``"A3"`` … or width and height, and what stays free at each side, in millimetres.
+        By default that of the run, too.
     palette
         Colours of a DXF: ``"simulator"`` or ``"oripa"``.
 
@@ -213,6 +215,8 @@ def export_design(
         fold = source if isinstance(source, FoldFile) else as_fold_file(source)
         if frame is not None:
             raise InputError("frame", frame, "must be left out: only files have frames")
+    if cell is None and (cell := fold.cell) is not None:
+        sheet = fold.sheet if sheet is None else sheet
     if isinstance(target, str | os.PathLike):
         target = read_target(target)
     elif target is None and path is not None and any("target" in FORMATS[name].takes for name in names):

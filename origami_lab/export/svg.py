@@ -26,19 +26,20 @@ STROKES = {
 """Exactly these mean something to Origami Simulator."""
 
 
-def write_svg(fold: FoldFile, frame: FoldFrame, path: str | os.PathLike[str]) -> None:
+def write_svg(fold: FoldFile, frame: FoldFrame, path: str | os.PathLike[str], *, cell: float | None = None) -> None:
     """Write the flat pattern with the creases of ``frame``; the opacity of a crease is |fold angle| / 180°.
 
     The picture shows the sheet from above, y upwards as on the board; a cell is 40 units, more where vertices would be
     too near to each other. Lines are children of the root and nothing else is drawn, because Origami Simulator reads
-    all shapes there and none in groups.
+    all shapes there and none in groups. With ``cell``, millimetres a board cell, the drawing has that size on paper.
     """
-    write_whole(path, svg_text(fold, frame).encode())
+    write_whole(path, svg_text(fold, frame, cell).encode())
 
 
-def svg_text(fold: FoldFile, frame: FoldFrame) -> str:
+def svg_text(fold: FoldFile, frame: FoldFrame, cell: float | None = None) -> str:
     """The text of the file that :func:`write_svg` writes."""
-    points, size = drawn(fold.vertices, max(CELL, APART / _nearest(fold.vertices)), MARGIN)
+    scale = max(CELL, APART / _nearest(fold.vertices))
+    points, size = drawn(fold.vertices, scale, MARGIN)
     lines = []
     for (u, v), letter, angle in zip(fold.edges, frame.assignments, frame.fold_angles, strict=True):
         ends = " ".join(
@@ -47,8 +48,11 @@ def svg_text(fold: FoldFile, frame: FoldFrame) -> str:
         opacity = f' opacity="{min(1.0, abs(angle) / np.pi):.12g}"' if letter in "MV" else ""
         lines.append(f'<line {ends} stroke="{STROKES[letter]}"{opacity} stroke-width="2" stroke-linecap="round"/>')
     width, height = (f"{number:.10g}" for number in size)
-    head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}">'
-    title = f"<title>{escape(fold.title or 'crease pattern')}</title>"
+    on_paper = [width, height] if cell is None else [f"{number / scale * cell:.10g}mm" for number in size]
+    sides = f'width="{on_paper[0]}" height="{on_paper[1]}" viewBox="0 0 {width} {height}"'
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" {sides}>'
+    said = "" if cell is None else f", {cell:.4g} mm a cell"
+    title = f"<title>{escape(fold.title or 'crease pattern')}{said}</title>"
     return "\n".join([head, title, *lines, "</svg>", ""])
 
 

@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.fold_format.file_digits import Precision
+
+LARGEST_LENGTH = 1e4
+"""Millimetres that are taken from a file."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +79,18 @@ class FoldFile:
         return np.array([right, np.cross(up, right), up])
 
     @property
+    def cell(self) -> float | None:
+        """Millimetres a board cell, where the run that made it was told; None where the file does not say."""
+        found = _lengths(self.metadata.get("cell_mm"), 1)
+        return None if found is None else found[0]
+
+    @property
+    def sheet(self) -> tuple[float, float] | None:
+        """Width and height in millimetres of what it is to be cut from; None where the file does not say."""
+        found = _lengths(self.metadata.get("sheet_mm"), 2)
+        return None if found is None else (found[0], found[1])
+
+    @property
     def best(self) -> FoldFrame:
         """The last frame, or the flat sheet where the file has no frames."""
         return self.frames[-1] if self.frames else self.flat
@@ -98,6 +114,13 @@ class FoldFile:
         if len(known) < len(self.frames):
             return self.frames
         return tuple(frame for _, frame in sorted(known, key=lambda pair: abs(pair[0])))
+
+
+def _lengths(known: Any, count: int) -> list[float] | None:
+    """So many lengths in millimetres from what a file says, if that is such."""
+    values = known if isinstance(known, list | tuple) else [known]
+    good = all(isinstance(n, int | float) and not isinstance(n, bool) and 0.0 < n <= LARGEST_LENGTH for n in values)
+    return [float(n) for n in values] if good and len(values) == count else None
 
 
 def _direction(known: object, default: tuple[float, float, float]) -> NDArray[np.float64]:

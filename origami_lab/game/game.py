@@ -41,9 +41,19 @@ class Game:
         Start pattern: a square, a crease, or moves (:mod:`origami_lab.game.start_from_moves`).
     max_crease_length
         In board cells; None for no limit. Start patterns are exempt.
+    min_crease_length
+        In board cells; None for no limit. It holds for sources that are laid later, too.
+    min_sector_angle
+        Degrees between neighbouring creases of a vertex, at least; None for no limit.
+    min_panel_width
+        In board cells: the smallest height of each triangle that panels are laid in is at least this, and so is the
+        width of each panel. None for no limit. Start patterns are exempt from all of these.
     source_action
         Where driven creases may be laid during the game: False for nowhere, ``"axis"`` or True for the segments between
         a leaf and its mirror image, ``"boundary"`` for any boundary segment that has no crease.
+    straight_sectors
+        Whether a vertex may have a sector of exactly π, where it folds: a leaf with such a sector between its creases,
+        and an outer child straight on from one of them. All creases there but the two beside the sector stay flat.
     driving_angle_max, driving_angle_count
         Largest driving angle in degrees and how many equally spaced angles up to it decide.
     driving_angle_fixed
@@ -66,7 +76,11 @@ class Game:
         board_width: int | None = None,
         board_height: int | None = None,
         max_crease_length: float | None = None,
+        min_crease_length: float | None = None,
+        min_sector_angle: float | None = None,
+        min_panel_width: float | None = None,
         source_action: bool | str = True,
+        straight_sectors: bool = True,
         driving_angle_max: float = DEFAULT_MAX_ANGLE,
         driving_angle_count: int = 10,
         driving_angle_fixed: float | Literal["start"] | None = None,
@@ -81,7 +95,11 @@ class Game:
                 "board_height": board_height,
                 "symmetry": symmetry,
                 "max_crease_length": max_crease_length,
+                "min_crease_length": min_crease_length,
+                "min_sector_angle": min_sector_angle,
+                "min_panel_width": min_panel_width,
                 "source_action": source_action,
+                "straight_sectors": straight_sectors,
                 "driving_angle_max": driving_angle_max,
                 "driving_angle_count": driving_angle_count,
                 "driving_angle_fixed": driving_angle_fixed,

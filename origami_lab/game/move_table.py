@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.game.kernels.boundary import NEXT, PREV, tail
-from origami_lab.game.kernels.boundary_sources import boundary_action, segment_is_free
+from origami_lab.game.kernels.boundary_sources import boundary_action, segment_is_free, source_fits
 from origami_lab.game.kernels.corner_choice import pick_is_legal
-from origami_lab.game.kernels.legal_actions import is_selectable, location_is_legal, source_fits
+from origami_lab.game.kernels.legal_actions import is_selectable, location_is_legal
 from origami_lab.game.kernels.play import leaf_at, play_action
 from origami_lab.game.kernels.state import (
     NOT_FOLDABLE,

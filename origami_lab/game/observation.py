@@ -12,9 +12,14 @@ pattern; everywhere the sign of a source whose place on the boundary is to be ch
 **Compact**, a vector of some numbers for each playable point of the board, then one for each phase of the game. A point
 holds, all in [−1, 1]: (order of appearance + 1) / number of playable points, 0 where there is no vertex; its mode;
 whether it is being extended, or is chosen for the start pattern; the offsets (x, y) of up to three children, in units
-of the board's longer side; offset and sign of up to two driven creases, eight with sources anywhere on the boundary.
-The phase is 1, or the sign of such a source that is begun. Images and their creases follow from the symmetry, so
-nothing is lost. On the bowl's board it is 1,370 numbers; the paper's tensor is 391,875.
+of the board's longer side; offset and sign of up to two driven creases. The phase is 1, or the sign of a source that is
+begun anywhere on the boundary. Images and their creases follow from the symmetry, so nothing is lost. On the bowl's
+board it is 1,370 numbers; the paper's tensor is 391,875.
+
+With sources anywhere on the boundary a vertex may get one driven crease after another, so each stands at its younger
+end alone. Two places suffice for that: what comes to lie beside a leaf on the boundary is always a new vertex, because
+an extension that merges with the leaf puts its middle child there; so at most two of its driven creases, to those
+beside which it began, lead to vertices that are older or its own images.
 """
 
 from __future__ import annotations
@@ -45,8 +50,6 @@ from origami_lab.jit import inlined, kernel
 
 FEATURES = 15
 """Numbers for each playable point in the compact observation."""
-FEATURES_WITH_SOURCES = 33
-"""The same where sources may lie on any boundary segment: a vertex may get one after another."""
 PHASES = THIRD + 1
 
 _ORDER, _MODE, _CURRENT, _CHILDREN, _DRIVEN = 0, 1, 2, 3, 9
@@ -92,9 +95,7 @@ class CompactView:
     def __init__(self, game: Game) -> None:
         playable = game.rules.playable_points
         self.count = int(playable.sum())
-        on_boundary = game.rules.record["sources"][0] == ON_BOUNDARY
-        self.features = FEATURES_WITH_SOURCES if on_boundary else FEATURES
-        self.shape: tuple[int, ...] = (self.features * self.count + PHASES,)
+        self.shape: tuple[int, ...] = (FEATURES * self.count + PHASES,)
         self.dtype = np.dtype(np.float32)
         self._rules = game.rules.record
         self._slots = np.where(playable, np.cumsum(playable) - 1, -1).astype(np.int32)
@@ -139,45 +140,47 @@ def write_compact(states: States, i: int, rules: States, slots: Slots, count: in
     s, r = states[i], rules[0]
     out[:] = 0.0
     unit = 1.0 / (2 * max(r.half_x, r.half_y))
-    features = (out.shape[0] - PHASES) // count
     # a sign is chosen before the place of a source on the boundary
-    out[features * count + s.phase] = 1.0 if s.phase != PLACEMENT or s.n_vertices == 0 else s.mode
+    out[FEATURES * count + s.phase] = 1.0 if s.phase != PLACEMENT or s.n_vertices == 0 else s.mode
     for v in range(s.n_vertices):
-        at = features * slots[point_index(r, s.xy[v, 0], s.xy[v, 1])]
+        at = FEATURES * slots[point_index(r, s.xy[v, 0], s.xy[v, 1])]
         out[at + _ORDER] = (v + 1) / count
         out[at + _MODE] = s.modes[v]
     parent, child = -1, 0
     for e in range(s.n_creases):
         u, w = s.creases[e, 0], s.creases[e, 1]
         if s.driven[e] != 0:
-            note_driven(s, r, u, w, s.driven[e], slots, features, unit, out)
-            note_driven(s, r, w, u, s.driven[e], slots, features, unit, out)
+            at_both = r.sources != ON_BOUNDARY or u >> 3 == w >> 3
+            if at_both or u >> 3 > w >> 3:
+                note_driven(s, r, u, w, s.driven[e], slots, unit, out)
+            if at_both or u >> 3 < w >> 3:
+                note_driven(s, r, w, u, s.driven[e], slots, unit, out)
             continue
         child = child + 1 if u == parent else 0  # the creases of an extension follow each other
         parent = u
         v = u >> 3
         x, y = code_x(s, r, w), code_y(s, r, w)
-        note_child(s, r, v, child, x, y, slots, features, unit, out)
+        note_child(s, r, v, child, x, y, slots, unit, out)
     if s.phase == PLACEMENT and s.n_vertices == 0:
-        note_picks(s, r, slots, features, out)
+        note_picks(s, r, slots, out)
     if s.phase > SELECTION:
         v = s.selected
-        at = features * slots[point_index(r, s.xy[v, 0], s.xy[v, 1])]
+        at = FEATURES * slots[point_index(r, s.xy[v, 0], s.xy[v, 1])]
         out[at + _MODE], out[at + _CURRENT] = s.mode, 1.0
         only = s.axis[v] > 0  # the other outer child is an image
         if s.phase == SECOND or (s.phase == THIRD and not (only and near_side(s, r, v) != PREV)):
-            note_child(s, r, v, 0, s.first_x, s.first_y, slots, features, unit, out)
+            note_child(s, r, v, 0, s.first_x, s.first_y, slots, unit, out)
         if s.phase == THIRD and not (only and near_side(s, r, v) == PREV):
-            note_child(s, r, v, 0 if only else 1, s.second_x, s.second_y, slots, features, unit, out)
+            note_child(s, r, v, 0 if only else 1, s.second_x, s.second_y, slots, unit, out)
 
 
 @kernel
-def note_picks(s: Record, r: Record, slots: Slots, features: int, out: NDArray[np.float32]) -> None:
+def note_picks(s: Record, r: Record, slots: Slots, out: NDArray[np.float32]) -> None:
     """Mark the places that are chosen for the start pattern so far."""
     if s.unfinished > 0:
-        out[features * slots[point_index(r, s.first_x, s.first_y)] + _CURRENT] = 1.0
+        out[FEATURES * slots[point_index(r, s.first_x, s.first_y)] + _CURRENT] = 1.0
     if s.unfinished > 1:
-        out[features * slots[point_index(r, s.second_x, s.second_y)] + _CURRENT] = 1.0
+        out[FEATURES * slots[point_index(r, s.second_x, s.second_y)] + _CURRENT] = 1.0
 
 
 @inlined
@@ -189,11 +192,10 @@ def note_child(
     x: int,
     y: int,
     slots: Slots,
-    features: int,
     unit: float,
     out: NDArray[np.float32],
 ) -> None:
-    at = features * slots[point_index(r, s.xy[v, 0], s.xy[v, 1])] + _CHILDREN + 2 * child
+    at = FEATURES * slots[point_index(r, s.xy[v, 0], s.xy[v, 1])] + _CHILDREN + 2 * child
     out[at], out[at + 1] = unit * (x - s.xy[v, 0]), unit * (y - s.xy[v, 1])
 
 
@@ -205,7 +207,6 @@ def note_driven(
     there: int,
     sign: int,
     slots: Slots,
-    features: int,
     unit: float,
     out: NDArray[np.float32],
 ) -> None:
@@ -215,8 +216,8 @@ def note_driven(
     dx = unit * (code_x(s, r, other) - s.xy[v, 0])
     dy = unit * (code_y(s, r, other) - s.xy[v, 1])
     dx, dy = np.float32(dx), np.float32(dy)
-    first = features * slots[point_index(r, s.xy[v, 0], s.xy[v, 1])] + _DRIVEN
-    for slot in range((features - _DRIVEN) // 3):
+    first = FEATURES * slots[point_index(r, s.xy[v, 0], s.xy[v, 1])] + _DRIVEN
+    for slot in range((FEATURES - _DRIVEN) // 3):
         at = first + 3 * slot
         if out[at + 2] == 0.0:
             out[at], out[at + 1], out[at + 2] = dx, dy, sign

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
-from origami_lab.checks import REFUSED, Choice, Kind, Number, Odd, Whole, check
+from origami_lab.checks import REFUSED, Choice, Flag, Kind, Number, Odd, Whole, check
 from origami_lab.errors import InputError
 
 SYMMETRIES = ("none", "x", "y", "xy", "xyd")
@@ -24,7 +24,11 @@ KEYS = {
     "board_height": "board.height",
     "symmetry": "symmetry",
     "max_crease_length": "max_crease_length",
+    "min_crease_length": "min_crease_length",
+    "min_sector_angle": "min_sector_angle",
+    "min_panel_width": "min_panel_width",
     "source_action": "source_action",
+    "straight_sectors": "straight_sectors",
     "driving_angle_max": "driving_angle.max",
     "driving_angle_count": "driving_angle.count",
     "driving_angle_fixed": "driving_angle.fixed",
@@ -56,7 +60,13 @@ class RuleSettings:
     max_crease_length: Annotated[
         float | None, Number(1, 1e6, "must be at least 1 (a board cell), or null for no limit")
     ]
+    min_crease_length: Annotated[float | None, Number(0, 1e6, "must be board cells above 0, or null", between=True)]
+    min_sector_angle: Annotated[
+        float | None, Number(0, 90, "must be degrees above 0 and below 90, or null", between=True)
+    ]
+    min_panel_width: Annotated[float | None, Number(0, 1e6, "must be board cells above 0, or null", between=True)]
     source_action: Annotated[bool | Literal["boundary"], _Sources()]
+    straight_sectors: Annotated[bool, Flag()]
     driving_angle_max: Annotated[float, Number(0, 180, _HALF_TURN, between=True)]
     driving_angle_count: Annotated[int, Whole(1, 100)]
     driving_angle_fixed: Annotated[
@@ -80,6 +90,9 @@ class RuleSettings:
 def checked_rules(values: Mapping[str, Any]) -> RuleSettings:
     """The settings of that name; raises InputError for the first that is missing or wrong."""
     settings = check(RuleSettings, values, KEYS)
+    shortest, longest = settings.min_crease_length, settings.max_crease_length
+    if shortest is not None and longest is not None and shortest > longest:
+        raise InputError("min_crease_length", shortest, f"must be at most max_crease_length={longest:g}")
     if settings.symmetry == "xyd" and settings.width != settings.height:
         expected = (
             f"mirrors in the diagonals, too, which a board of {settings.width}×{settings.height} points does not have:"

@@ -17,6 +17,14 @@ from origami_lab.game.start_patterns import Start
 from origami_lab.geometry.groups import GROUPS
 
 Actions = NDArray[np.int32]
+NO_COSINE = 2.0
+NO_LIMITS = {"max_length_sq": math.inf, "min_length_sq": 0.0, "min_width_sq": 0.0, "max_cosine": NO_COSINE}
+"""Fields of the record that limit creases and panels, as they limit nothing."""
+
+
+def _least_square(least: float | None) -> float:
+    """The square of a least length, a little less where squares of whole numbers are compared with it."""
+    return 0.0 if least is None else max(0.0, least**2 - 1e-9)
 
 
 class Rules:
@@ -91,8 +99,13 @@ class Rules:
         rules["start_mirror"], rules["end_mirror"] = group.start_mirror, group.end_mirror
         longest = settings.max_crease_length
         rules["max_length_sq"] = math.inf if longest is None else longest**2 + 1e-9
+        rules["min_length_sq"] = _least_square(settings.min_crease_length)
+        rules["min_width_sq"] = _least_square(settings.min_panel_width)
+        sharpest = settings.min_sector_angle
+        rules["max_cosine"] = NO_COSINE if sharpest is None else math.cos(math.radians(sharpest))
         sources = ON_BOUNDARY if settings.source_action == "boundary" else int(settings.source_action) * ON_AXES
         rules["sources"], rules["collisions"] = sources, collisions
+        rules["straight_sectors"] = settings.straight_sectors
         rules["start"], rules["first_placement"] = self.start.kind, placements.start
         rules["n_placements"] = len(placements)
         for name, value in self.start.fields(self.half, group).items():
@@ -128,11 +141,11 @@ class Rules:
         return rules
 
     def for_start_pattern(self, *, shortest_motion: bool = False) -> Rules:
-        """The rules as they hold for start patterns: creases of any length, and sources.
+        """The rules as they hold for start patterns: creases and panels of any size, sources, and sectors of π.
 
         With ``shortest_motion`` one driving angle is enough.
         """
-        rules = self.replaced(max_length_sq=math.inf, sources=ON_BOUNDARY)
+        rules = self.replaced(**NO_LIMITS, sources=ON_BOUNDARY, straight_sectors=1)
         return rules.replaced(min_reach=1) if shortest_motion else rules
 
     def legal(self, states: States, i: int = 0) -> Actions:

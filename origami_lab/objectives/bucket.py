@@ -9,8 +9,9 @@ sheet, so nothing runs out below the lowest of them. Whose norms the paper means
 takes all vertices that were placed in the game, ``norm_of="leaves"`` the leaves alone.
 
 Leaves come and go as the sheet grows, but some are leaves for good: those on the board's edge, on two axes, or with a
-sector of π or more. Their lowest z bounds what any continuation reaches, and where they break a rule there is nothing
-to be had, nor where the vertices do, which never move; without such leaves the bound is infinite.
+sector of more than π (or of π, where the rules do not know such). Their lowest z bounds what any continuation reaches,
+and where they break a rule there is nothing to be had, nor where the vertices do, which never move; without such leaves
+the bound is infinite.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ import numpy as np
 from origami_lab.errors import InputError
 from origami_lab.game.game import Game
 from origami_lab.game.kernels.state import Record, States
+from origami_lab.game.kernels.straight_sectors import is_closed
 from origami_lab.jit import inlined, kernel
 from origami_lab.objectives.compiled_objective import TIE, Array, CompiledObjective, sticks_out
 from origami_lab.objectives.objective import checked_number
@@ -64,7 +66,7 @@ _LEAVES = -1
 def stays_leaf(s: Record, r: Record, v: int) -> bool:
     """Whether a leaf can never be extended, whatever is played."""
     on_edge = abs(s.xy[v, 0]) >= r.half_x or abs(s.xy[v, 1]) >= r.half_y
-    return on_edge or s.axis[v] < 0 or s.locked[v] == 1
+    return on_edge or s.axis[v] < 0 or is_closed(s, r, v)
 
 
 @kernel

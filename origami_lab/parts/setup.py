@@ -112,6 +112,7 @@ def lay_out(
             _choice(surface, unfolding, driven, fold, group, one, is_exact)
             for one, is_exact in [*((one, True) for one in exact), (near, False)]
         ]
+    choices = [choice for choice in choices if _can_begin(choice)]
     # small boards first, and on each the most symmetry; the first on board points, else the first that fits
     order = {name: rank for rank, name in enumerate(("xy", "y", "x", "none"))}
     choices.sort(key=lambda c: (_half(c), order[c.symmetry]))
@@ -183,6 +184,16 @@ def _has_room(layout: PartLayout) -> bool:
             if side.length * scale < 1.0 + free - TIE:
                 return False
     return True
+
+
+def _can_begin(layout: PartLayout) -> bool:
+    """Whether no driven side is so short, at a given scale, that both its ends come to lie on one board point."""
+    ends = [
+        np.rint(layout.lattice.scale * np.array([side.start, side.end]) + layout.shift)
+        for side, is_driven in zip(layout.unfolding.sides, layout.driven, strict=True)
+        if is_driven
+    ]
+    return all((start != end).any() for start, end in ends)
 
 
 def _across(layout: PartLayout) -> float:

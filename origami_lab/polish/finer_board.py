@@ -7,7 +7,6 @@ steps up to the one angle that the design is used at, and all ten must be reache
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -21,6 +20,7 @@ from origami_lab.game.kernels.state import ON_BOUNDARY, PANEL, States, rules_dty
 from origami_lab.game.kernels.undo import note_dtype
 from origami_lab.game.move_table import ACTIONS, EXTEND, MOVE, PLACE, Moves, Points, read_moves
 from origami_lab.game.moves import Lay, Move
+from origami_lab.game.rules import NO_LIMITS
 from origami_lab.game.start_laying import empty_board
 
 ANGLES = 10
@@ -163,7 +163,17 @@ def _counts(moves: Moves, corners: int) -> NDArray[np.int64]:
 def _fine_rules(game: Game, finer: int, placement: Move) -> States:
     rules = np.zeros(4, dtype=rules_dtype(ANGLES))
     own = game.rules.record[0]
-    scaled = ("half_x", "half_y", "max_length_sq", "first_placement", "n_placements", "angles", "min_reach")
+    scaled = (
+        "min_length_sq",
+        "min_width_sq",
+        "half_x",
+        "half_y",
+        "max_length_sq",
+        "first_placement",
+        "n_placements",
+        "angles",
+        "min_reach",
+    )
     for name in rules.dtype.names or ():
         if name not in scaled:
             rules[name] = own[name]
@@ -176,7 +186,12 @@ def _fine_rules(game: Game, finer: int, placement: Move) -> States:
         rules["sides"][:, :count] = placement.signs
     rules["min_reach"] = ANGLES
     rules["max_length_sq"] = (float(own["max_length_sq"]) - 1e-9) * finer**2 + 1e-9
+    for name in ("min_length_sq", "min_width_sq"):
+        rules[name] = float(own[name]) * finer**2
     exempt = [EXEMPT, EXEMPT_STRICT]
-    rules["max_length_sq"][exempt], rules["sources"][exempt] = math.inf, ON_BOUNDARY
+    rules["sources"][exempt] = ON_BOUNDARY
+    for name, value in NO_LIMITS.items():
+        rules[name][exempt] = value
+    rules["straight_sectors"][exempt] = 1
     rules["collisions"][[LOOSE, EXEMPT]] = 0
     return rules

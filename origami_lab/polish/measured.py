@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import get_args
-
 import numpy as np
 
 from origami_lab.game.kernels.state import States
-from origami_lab.objectives.shape import Distance, ShapeEvaluator, ShapeObjective
+from origami_lab.objectives.shape import ShapeEvaluator, ShapeObjective
 from origami_lab.polish.finer_board import ANGLES, FineBoard
 from origami_lab.polish.laid_design import laid_in_cells
 
@@ -27,7 +25,6 @@ def return_at(states: States, k: int, objective: ShapeObjective, evaluator: Shap
 def all_returns(
     board: FineBoard, angle: float, objective: ShapeObjective, evaluator: ShapeEvaluator
 ) -> dict[str, float]:
-    """``return`` as the objective has it, and ``return_vertex``, ``return_surface``, ``return_sampled``."""
-    states = laid_in_cells(board, angle)
-    measured = {f"return_{name}": -evaluator.measure(states, 0, ANGLES - 1, name) for name in get_args(Distance)}
-    return {"return": own_return(board, angle, objective, evaluator), **measured}
+    """``return`` as the objective has it, and the other figures that are reported of a design."""
+    figures = evaluator.figures(laid_in_cells(board, angle), 0, ANGLES - 1)
+    return {"return": own_return(board, angle, objective, evaluator), **figures}

@@ -50,7 +50,7 @@ class Polished:
     design: CreasePattern
     """In board cells, off the grid; its driving angles are equal steps up to the one that was found."""
     returns: Mapping[str, float]
-    """``return`` as the objective has it, and ``return_vertex``, ``return_surface``, ``return_sampled``."""
+    """``return`` as the objective has it, and the other figures that are reported of a design."""
     returns_before: Mapping[str, float]
     driving_angle: float
     """Degrees."""
@@ -77,6 +77,7 @@ def polish_design(
     seconds: float | None = None,
     finer: int = FINER,
     metadata: Mapping[str, object] | None = None,
+    thickness: float = 0.0,
     on_progress: Callable[[int, float], None] | None = None,
     should_stop: Callable[[], bool] | None = None,
 ) -> Polished:
@@ -100,6 +101,8 @@ def polish_design(
         Parts of a cell that coordinates are multiples of.
     metadata
         Facts to keep with the design.
+    thickness
+        In board cells: panels that share no vertex must keep this distance, or the design is not certified.
     on_progress
         Told the designs laid so far and the best return, a few times a second.
     should_stop
@@ -117,11 +120,11 @@ def polish_design(
     started = time.monotonic()
     board = fine_board(game, actions, finer)
     descent = Descent(board, objective, float(game.angles[angle]), steps, started, seconds, on_progress, should_stop)
-    first = verify_at(board, descent.found[0])
+    first = verify_at(board, descent.found[0], thickness)
     if first.verdict != CERTIFIED:
         raise InputError("design", "unpolished", f"must be certified before it can be polished: {first.reason}")
     descent.run(np.random.default_rng(np.random.SeedSequence(seed)))
-    found, certificate = _best_certified(board, objective, descent.found)
+    found, certificate = _best_certified(board, objective, descent.found, thickness)
     evaluator = objective.bind(game)
     kept = replace(board, points=found.points)
     before = all_returns(board, descent.found[0].angle, objective, evaluator)
@@ -242,18 +245,20 @@ class Descent:
         return True
 
 
-def _best_certified(board: FineBoard, objective: ShapeObjective, found: Sequence[Found]) -> tuple[Found, Certificate]:
+def _best_certified(
+    board: FineBoard, objective: ShapeObjective, found: Sequence[Found], thickness: float
+) -> tuple[Found, Certificate]:
     """The best design by the objective's own measure that is certified; the first one is known to be."""
     evaluator = objective.bind(board.game)
     values = [own_return(replace(board, points=one.points), one.angle, objective, evaluator) for one in found]
     better = [i for i in range(len(found)) if values[i] > values[0]]
     for i in [*sorted(better, key=lambda i: (-values[i], -i)), 0]:
-        certificate = verify_at(board, found[i])
+        certificate = verify_at(board, found[i], thickness)
         if certificate.verdict == CERTIFIED:
             break
     return found[i], certificate
 
 
-def verify_at(board: FineBoard, found: Found) -> Certificate:
+def verify_at(board: FineBoard, found: Found, thickness: float = 0.0) -> Certificate:
     """The certificate of a design on a fine board."""
-    return verify(folded_design(replace(board, points=found.points), found.angle, {}))
+    return verify(folded_design(replace(board, points=found.points), found.angle, {}), thickness)

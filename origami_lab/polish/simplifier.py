@@ -91,12 +91,13 @@ class Simplified:
     """Where a polished design is laid; None for one of the game."""
 
 
-def simplify_design(whole: Thinnable, tolerance: float = TOLERANCE) -> Simplified:
+def simplify_design(whole: Thinnable, tolerance: float = TOLERANCE, thickness: float = 0.0) -> Simplified:
     """Take out extensions as long as a tolerance in all is kept, then creases that stay flat.
 
     The return may fall by the tolerance, and no point of a target may get further from the sheet by more: the return of
     a shape is one distance, the largest, and says nothing of all that is nearer. A source without anything on it goes,
-    too. The move whose loss costs least goes first; of equal ones the one that leaves the widest narrow panel.
+    too. The move whose loss costs least goes first; of equal ones the one that leaves the widest narrow panel. The
+    certificate is one for panels of a thickness, in board cells.
 
     Raises
     ------
@@ -130,7 +131,7 @@ def simplify_design(whole: Thinnable, tolerance: float = TOLERANCE) -> Simplifie
         found.append(max(equal, key=lambda left: (pattern_figures(left.design).smallest_width, left.goes.sum())))
     for left in reversed(found):
         for design in (without_flat_creases(left.design), left.design):
-            certificate = verify(design)
+            certificate = verify(design, thickness)
             if certificate.verdict == CERTIFIED:
                 return Simplified(
                     design=design,

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from origami_lab.config.node import FREE_TO_CHANGE, flatten
+from origami_lab.config.node import FREE_TO_CHANGE, OF_STAGES, flatten
 from origami_lab.config.seeds import parse_seeds
 from origami_lab.errors import InputError
 from origami_lab.file_names import START, SUMMARY, TARGET, TRIALS, trial_folder
@@ -124,7 +124,7 @@ class Run:
 
 
 def _is_searcher_s(key: str) -> bool:
-    return key == "budget" or key.startswith("search.")
+    return key in OF_STAGES or key.startswith("search.")
 
 
 def read_runs(directories: Sequence[Path]) -> tuple[list[Run], list[Note]]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from origami_lab.files import remove_folder
 
 _OF_A_TRIAL = re.compile(
-    r"(best|motion|pattern|folded|polished|simplified)(_pattern)?\.[\w.]+|(result|actions|certificate)\.json|curve\.csv"
+    r"(best|motion|pattern|folded|polished|simplified)(_pattern)?\.[\w.]+|(result|actions|certificate)\.json|curve\.csv|search\.npz"
 )
 """Names of what a trial has written, and of what was made of it later: exports, polished designs."""
 

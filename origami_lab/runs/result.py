@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from origami_lab.config.dotted_path import locate
+from origami_lab.config.earlier_versions import game_of_today
 from origami_lab.errors import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK, InputError
 from origami_lab.file_names import ACTIONS, BEST, CONFIG, trial_folder
 from origami_lab.files import expanded, read_json
@@ -173,10 +174,8 @@ def replay_design(trial: Path) -> TrialDesign:
     file = trial / ACTIONS
     try:
         saved = read_json(file)
-        settings, start = dict(saved["game"]), dict(saved["game"]["start"])
+        settings, start = game_of_today(saved["game"]), dict(saved["game"]["start"])
         settings["start"] = locate("start", start.pop("_target_"))(**start)
-        if settings.get("capacity") is None:  # the game's own default
-            settings.pop("capacity", None)
         facts = read_fold(trial / BEST).metadata
         design = Game(**settings).design(saved["actions"], saved["angle"], facts)
         return TrialDesign(**{own.name: getattr(design, own.name) for own in fields(design)}, folder=trial.absolute())

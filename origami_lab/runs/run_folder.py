@@ -9,6 +9,7 @@
     summary.json           mean ± std, the best seed, versions, the command
     seed=N/                one finished trial, renamed into place as a whole
     seed=N.error.txt       the traceback of a trial that failed
+    seed=N.checkpoint           a search that is not finished, if its searcher saves itself
 
 Everything visible is whole: it is written under a hidden name first. What a killed run leaves of those is cleared when
 it is resumed.
@@ -31,7 +32,7 @@ from typing import TYPE_CHECKING, Any
 from origami_lab.addresses import hidden, keep
 from origami_lab.config.config_file import config_text, read_config_file
 from origami_lab.config.earlier_versions import as_of_today, with_public_targets
-from origami_lab.config.node import FREE_TO_CHANGE, Node, check_format, flatten
+from origami_lab.config.node import FREE_TO_CHANGE, OF_STAGES, Node, check_format, flatten
 from origami_lab.config.settings import Settings
 from origami_lab.errors import InputError
 from origami_lab.file_names import (
@@ -48,6 +49,7 @@ from origami_lab.file_names import (
     trial_folder,
 )
 from origami_lab.files import on_disk, read_json, remove_files, remove_folder, require_no_link, write_whole
+from origami_lab.runs.checkpoint import remove_checkpoints
 from origami_lab.runs.kept_files import keep_others
 from origami_lab.runs.locks import RUNNING, locked
 from origami_lab.runs.target_file import ply_bytes
@@ -61,7 +63,7 @@ SPARE_BYTES = 2**20
 """Free bytes that rule out a full disk as the cause of a file that failed."""
 
 _LEFTOVER = re.compile(
-    r"\.((config\.yaml|target\.ply|start\.json|trials\.csv|(summary|tracking)\.json|seed=\d+\.error\.txt)\.\d+|seed=\d+\.(\d+|old))\.tmp"
+    r"\.((config\.yaml|target\.ply|start\.json|trials\.csv|(summary|tracking)\.json|seed=\d+\.(error\.txt|checkpoint))\.\d+|seed=\d+\.(\d+|old))\.tmp"
 )
 """Names of what is being written, or was when the run was killed."""
 
@@ -141,7 +143,7 @@ class RunFolder:
         return all(file.name == RUNNING or _LEFTOVER.fullmatch(file.name) for file in self.path.iterdir())
 
     def _check_same(self, settings: Settings) -> None:
-        differing = _differences(self.config(), settings.config)
+        differing = _differences(self.config(), as_of_today(settings.config))
         if differing:
             raise InputError(
                 "output",
@@ -150,8 +152,12 @@ class RunFolder:
             )
 
     def clear_leftovers(self) -> None:
-        """Remove what a killed process was writing. A stopped trial that was being replaced comes back."""
+        """Remove what a killed process was writing, and checkpoints of finished trials.
+
+        A stopped trial that was being replaced comes back.
+        """
         with suppress(OSError):
+            remove_checkpoints(self.path, lambda seed: any(row.spent_budget for row in self.rows([seed]).values()))
             for leftover in [file for file in self.path.iterdir() if _LEFTOVER.fullmatch(file.name)]:
                 final = self.path / leftover.name.removeprefix(".").removesuffix(".old.tmp")
                 with suppress(OSError):
@@ -356,7 +362,8 @@ def fresh_folder(parent: Path, now: datetime) -> Path:
 
 def _differences(old: Node, new: Node) -> list[str]:
     """The keys whose values differ, but for those that may."""
-    left, right = (flatten({k: v for k, v in c.items() if k not in FREE_TO_CHANGE}) for c in (old, new))
+    free = (*FREE_TO_CHANGE, *OF_STAGES)  # a run may go on
+    left, right = (flatten({k: v for k, v in c.items() if k not in free}) for c in (old, new))
     missing = object()
     return [
         f"{key} was {left.get(key, 'not set')}, is {right.get(key, 'not set')}"

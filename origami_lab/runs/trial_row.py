@@ -25,6 +25,13 @@ TIME_LIMIT = "time limit"
 POLISH_ENDS = OK, TIME_LIMIT, STOPPED, FAILED
 """First words of how a polish ended; a failed one's goes on with a colon and the reason."""
 RETURNS = ("return", "return_vertex", "return_surface", "return_sampled")
+FIGURES = ("return_percent", "return_units", "return_mm", "chamfer", "likeness")
+"""What else is told of a design for a target: its return in other units, and how like the target it is."""
+LIKENESSES = ("chamfer", "likeness")
+SEARCH_ENDS = BUDGET, GOAL, MINUTES, BY_ITSELF = "budget", "target return", "minutes", "searcher"
+"""What ended a trial's search: budget, target_return, minutes, or the searcher itself, which had no more to try."""
+SURFACE_TOLERANCE = 1e-3
+"""Board cells that surfaces are measured to."""
 POLISHED_RETURNS = tuple(f"polished_{name}" for name in RETURNS)
 """Those of a trial's best design once it is polished off the grid."""
 
@@ -72,6 +79,27 @@ class TrialRow:
     polished_return_sampled: float | None = None
     polished_driving_angle: float | None = None
     polished_certificate: str | None = None
+    return_percent: float | None = None
+    """The distance that the search used, as a return in percent of the target's size."""
+    return_units: float | None = None
+    """The same in the unit of the target's file."""
+    chamfer: float | None = None
+    """The mean distance between the surfaces, both ways, in board cells."""
+    likeness: float | None = None
+    """The share of the target's area that has a panel near it whose normal agrees."""
+    cell_mm: float | None = None
+    """The length of a board cell on paper, in millimetres, where the run was told."""
+    return_mm: float | None = None
+    """The distance that the search used, as a return in millimetres on paper."""
+    width_mm: float | None = None
+    height_mm: float | None = None
+    """Those of the flat pattern, in millimetres."""
+    polished_chamfer: float | None = None
+    polished_likeness: float | None = None
+    ended: str | None = None
+    """What ended its search: :data:`SEARCH_ENDS`."""
+    stages: int | None = None
+    """Stages of the run that it has gone through; None in runs made before there were any, which is one."""
 
     def __post_init__(self) -> None:
         for column, kind in KINDS.items():
@@ -142,6 +170,19 @@ class TrialRow:
         return self.outcome in (OK, NO_DESIGN)
 
     @property
+    def surface_is_worse(self) -> bool:
+        """Whether the surfaces are further apart than the vertices tell, by more than a tenth."""
+        if self.return_vertex is None or self.return_surface is None:
+            return False
+        return self.return_vertex - self.return_surface > max(0.1 * abs(self.return_surface), SURFACE_TOLERANCE)
+
+    def has_gone_through(self, stages: int, budget: int) -> bool:
+        """Whether its search has come to the end of so many stages, the last of them with this budget."""
+        if not self.spent_budget:
+            return False
+        return (self.stages or 1) >= stages or (self.interactions or 0) >= budget or self.ended == BY_ITSELF
+
+    @property
     def may_be_polished(self) -> bool:
         """Whether it ran to its end with a design whose polish did not come to its own end."""
         return self.outcome == OK and self.polish in (None, STOPPED)
@@ -189,10 +230,10 @@ class Spread:
 
 
 def spreads(rows: Iterable[TrialRow]) -> dict[str, Spread]:
-    """Mean ± std of each return over the trials that ran to their end, and of those of the polished designs."""
+    """Mean ± std of each return and figure over the trials that ran to their end, and of the polished designs'."""
     rows = [row for row in rows if row.spent_budget]
     found = {}
-    for column in (*RETURNS, *POLISHED_RETURNS):
+    for column in (*RETURNS, *FIGURES, *POLISHED_RETURNS, *(f"polished_{name}" for name in LIKENESSES)):
         spread = spread_of(row[column] for row in rows if row[column] is not None)
         if spread is not None:
             found[column] = spread

@@ -5,7 +5,7 @@ from .evolution import EvolutionarySearch
 from .mcts import MonteCarloTreeSearch
 from .neighbourhood.search import NeighbourhoodSearch
 from .ppo import ProximalPolicyOptimization
-from .problem import Improvement, Outcome, Positions, Problem, SearchEnded, Searcher
+from .problem import Improvement, LastingSearcher, Outcome, Positions, Problem, SearchEnded, Searcher
 from .random_search import RandomSearch
 from .random_stream import Draws
 from .rl_episodes import Episodes
@@ -17,6 +17,7 @@ __all__ = [
     "Episodes",
     "EvolutionarySearch",
     "Improvement",
+    "LastingSearcher",
     "MonteCarloTreeSearch",
     "NeighbourhoodSearch",
     "Outcome",

@@ -131,6 +131,9 @@ class _Tree:
             elif why == ENDED:
                 how = TAKE_BACK
                 rejected = problem.rejected
+                if problem.best_value < self.floor:
+                    # where a driving angle cannot come below the aspiration its distance was measured no further
+                    evaluator.clear(self.memos, depth + 1)
                 problem.finish(self._position(depth + 1), 0)
                 if problem.rejected > rejected:
                     step_back(self.states, 0, self.notes, depth)

@@ -8,17 +8,18 @@ that the paper's vector leaves out follow, one value each: terminate, the four s
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from origami_lab.checks import Flag, Number, Whole, checked_arguments
 from origami_lab.errors import InputError
 from origami_lab.game.game import Game
 from origami_lab.game.kernels.play import play_greedy
 from origami_lab.game.kernels.state import RUNNING
-from origami_lab.search.problem import Problem
+from origami_lab.search.problem import Problem, SearcherState
 
 Values = NDArray[np.float64]
 
@@ -68,16 +69,33 @@ class EvolutionarySearch:
         if elite > self.parents:
             raise InputError("search.elite", elite, f"must be a whole number from 0 to {self.parents}")
         self.sigmas, self.elite, self.rescale = (sigma_1, sigma_2, sigma_3), elite, rescale
+        self._loaded: Values | None = None
+        self._chosen: Values | None = None
+        """The value vectors that the present generation came of; None for the first one, which is drawn."""
 
     def search(self, problem: Problem, rng: np.random.Generator) -> None:
         slots = value_slots(problem.game)
         arena = Tournament(problem, slots, self.parents)
-        agents = rng.standard_normal((self.population, int(slots.max()) + 1))
+        self._chosen, self._loaded = self._loaded, None
+        if self._chosen is None:
+            agents = rng.standard_normal((self.population, int(slots.max()) + 1))
+        else:
+            agents = self.offspring(self._chosen, rng)
         while True:
             returns = arena.evaluate(agents)
             if problem.done:
                 return
-            agents = self.next_generation(agents, returns, rng)
+            self._chosen = self.select(agents, returns, rng)
+            agents = self.offspring(self._chosen, rng)
+
+    def save(self) -> Mapping[str, ArrayLike]:
+        """The parents of the generation that the end of the search cut off; nothing in the first one."""
+        return {} if self._chosen is None else {"parents": self._chosen.astype(np.float32)}
+
+    def load(self, state: SearcherState) -> None:
+        """Take up saved parents, whose next generation is another one."""
+        if "parents" in state:
+            self._loaded = state["parents"].astype(np.float64)
 
     def next_generation(self, agents: Values, returns: Values, rng: np.random.Generator) -> Values:
         """The population that follows.
@@ -89,12 +107,21 @@ class EvolutionarySearch:
         returns
             (population,) what each agent achieved.
         """
-        m, (sigma_1, sigma_2, sigma_3) = agents.shape[1], self.sigmas
+        return self.offspring(self.select(agents, returns, rng), rng)
+
+    def select(self, agents: Values, returns: Values, rng: np.random.Generator) -> Values:
+        """The best agents, which become parents, not mutated yet."""
         order = np.lexsort((rng.random(len(returns)), -returns))  # of equal returns at random
-        parents = agents[order[: self.parents]]
+        chosen: Values = agents[order[: self.parents]]
         if self.rescale:
-            parents = parents - parents.mean(axis=1, keepdims=True)
-            parents /= parents.std(axis=1, keepdims=True)
+            chosen = chosen - chosen.mean(axis=1, keepdims=True)
+            chosen /= chosen.std(axis=1, keepdims=True)
+        return chosen
+
+    def offspring(self, chosen: Values, rng: np.random.Generator) -> Values:
+        """The population that those who were selected bring forth, themselves mutated first."""
+        m, (sigma_1, sigma_2, sigma_3) = chosen.shape[1], self.sigmas
+        parents = chosen.copy()
         parents[self.elite :] += sigma_1 * rng.standard_normal((self.parents - self.elite, m))
         return np.concatenate(
             [

@@ -17,7 +17,7 @@ from origami_lab.checks import Choice, ListOf, Number, Whole, checked_arguments
 from origami_lab.errors import InputError
 from origami_lab.game.game import Game
 from origami_lab.game.observation import View, view_of
-from origami_lab.search.problem import Problem, SearchEnded
+from origami_lab.search.problem import Problem, SearchEnded, SearcherState
 from origami_lab.search.rl_episodes import Episodes
 
 NEEDED = ("gymnasium", "sb3_contrib", "stable_baselines3", "torch")
@@ -86,14 +86,17 @@ class ProximalPolicyOptimization:
         self.batch, self.games, self.epochs, self.minibatch = batch, games, epochs, minibatch
         self.entropy, self.learning_rate, self.clip = entropy, learning_rate, clip
         self.gamma, self.gae_lambda = gamma, gae_lambda
+        self._learned: SearcherState = {}
+        self._loaded: SearcherState = {}
 
     def search(self, problem: Problem, rng: np.random.Generator) -> None:
         from origami_lab.search.ppo_learner import isolated, learner
+        from origami_lab.search.ppo_state import Saving, policy_arrays, restore, restore_policy
 
         self.check_game(problem.game)
         episodes = Episodes(problem, self.games, self._view(problem.game))
         with isolated(int(rng.integers(2**31))), suppress(SearchEnded):
-            learner(
+            model = learner(
                 episodes,
                 layers=self.layers,
                 batch=self.batch,
@@ -105,7 +108,24 @@ class ProximalPolicyOptimization:
                 clip=self.clip,
                 gamma=self.gamma,
                 gae_lambda=self.gae_lambda,
-            ).learn(problem.budget)
+            )
+            loaded, self._loaded = self._loaded, {}
+            if loaded:
+                restore_policy(model, loaded)
+            if (arrays := problem.last_checkpoint()) is not None:
+                restore(model, episodes, arrays)
+            try:
+                model.learn(problem.budget, callback=Saving(problem, episodes), reset_num_timesteps=arrays is None)
+            finally:
+                self._learned = policy_arrays(model)
+
+    def save(self) -> SearcherState:
+        """What the policy has learned."""
+        return self._learned
+
+    def load(self, state: SearcherState) -> None:
+        """Go on learning from there."""
+        self._loaded = state
 
     def check_game(self, game: Game) -> None:
         """Refuse observations so large that the first layers and a batch need too much memory; raises InputError."""

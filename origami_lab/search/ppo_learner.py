@@ -1,4 +1,4 @@
-"""The learner of PPO, and the episodes as its environment; imported by ``search/ppo.py`` when a search begins."""
+"""The learner of PPO: MaskablePPO with an update of its own; imported by ``search/ppo.py`` when a search begins."""
 
 from __future__ import annotations
 
@@ -6,16 +6,18 @@ import random
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import torch
-from gymnasium import spaces
 from numpy.typing import NDArray
 from sb3_contrib import MaskablePPO
-from stable_baselines3.common.vec_env import VecEnv
 
-from origami_lab.game.observation import possible_actions
+from origami_lab.search.ppo_environment import EpisodeVecEnv
+from origami_lab.search.ppo_kernels import loss_gradient
+from origami_lab.search.ppo_networks import Rows
+from origami_lab.search.ppo_policy import SeenInputsPolicy
 from origami_lab.search.rl_episodes import Episodes
 
 
@@ -56,13 +58,13 @@ def learner(
     clip: float,
     gamma: float,
     gae_lambda: float,
-) -> Any:
+) -> MaskedLearner:
     """A MaskablePPO that learns by playing the episodes; to be made and used inside :func:`isolated`.
 
     The parameters are those of :class:`~origami_lab.search.ProximalPolicyOptimization`.
     """
-    return MaskablePPO(
-        "MlpPolicy",
+    return MaskedLearner(
+        SeenInputsPolicy,
         EpisodeVecEnv(episodes),
         learning_rate=learning_rate,
         n_steps=batch // games,
@@ -72,62 +74,76 @@ def learner(
         gae_lambda=gae_lambda,
         clip_range=clip,
         ent_coef=entropy,
-        policy_kwargs={"net_arch": layers},
+        # eps is that of Stable-Baselines3
+        policy_kwargs={"net_arch": layers, "optimizer_kwargs": {"eps": 1e-5, "fused": True}},
         device="cpu",
     )
 
 
-class EpisodeVecEnv(VecEnv):
-    """Episodes as Stable-Baselines3 wants them: an episode that has ended is begun anew in the same step.
+@dataclass(frozen=True)
+class Batch:
+    """What was played since the last update: n interactions, game by game."""
 
-    Of the game's actions only those are offered that can ever be legal: under ``xyd`` a sixth of them.
-    """
+    inputs: Rows
+    legal: Rows
+    played: NDArray[np.int64]
+    log_chances: NDArray[np.float32]
+    """(n,) logarithms of the probabilities with which they were played."""
+    advantages: NDArray[np.float32]
+    returns: NDArray[np.float32]
 
-    render_mode = None
+    @classmethod
+    def of(cls, buffer: Any, policy: SeenInputsPolicy) -> Batch:
+        """The content of a rollout buffer."""
 
-    def __init__(self, episodes: Episodes) -> None:
-        view, self.episodes = episodes.view, episodes
-        self.actions = possible_actions(episodes.problem.game)
-        self.chosen: NDArray[np.int64] = self.actions[:0]
-        super().__init__(
-            len(episodes.positions),
-            spaces.Box(-1, 1, view.shape, view.dtype.type),
-            spaces.Discrete(len(self.actions)),
+        def flat(name: str) -> NDArray[Any]:
+            return np.asarray(buffer.swap_and_flatten(getattr(buffer, name)))
+
+        inputs, legal = policy.look(flat("observations")), Rows.of(flat("action_masks"))
+        rest = (flat(name).ravel() for name in ("actions", "log_probs", "advantages", "returns"))
+        return cls(inputs, legal, *rest)
+
+    def __len__(self) -> int:
+        return len(self.played)
+
+
+class MaskedLearner(MaskablePPO):
+    """MaskablePPO, whose update does what its own does but for what that notes and copies on the way."""
+
+    policy: SeenInputsPolicy
+
+    def train(self) -> None:
+        """Update the policy by what has been played since the last update."""
+        self._update_learning_rate(self.policy.optimizer)
+        batch = Batch.of(self.rollout_buffer, self.policy)
+        for _ in range(self.n_epochs):
+            order = np.random.permutation(len(batch))  # noqa: NPY002
+            for begin in range(0, len(batch), self.batch_size):
+                self._improve(batch, order[begin : begin + self.batch_size])
+
+    def _improve(self, batch: Batch, picked: NDArray[np.int64]) -> None:
+        """One step of the optimiser, along the gradient of the loss over some interactions of a batch."""
+        networks = self.policy.networks
+        run = networks.run(batch.inputs, batch.legal, picked)
+        by_logits, by_values = torch.empty_like(run.logits), torch.empty_like(run.values)
+        loss_gradient(
+            picked,
+            batch.legal.starts,
+            batch.legal.columns,
+            batch.played,
+            batch.log_chances,
+            batch.advantages,
+            batch.returns,
+            run.logits.numpy(),
+            run.values.numpy(),
+            self.clip_range(self._current_progress_remaining),
+            self.ent_coef,
+            self.vf_coef,
+            by_logits.numpy(),
+            by_values.numpy(),
         )
-
-    def reset(self) -> NDArray[Any]:
-        for i in range(self.num_envs):
-            self.episodes.reset(i)
-        return self.episodes.observations.copy()
-
-    def step_async(self, actions: NDArray[np.int64]) -> None:
-        self.chosen = self.actions[actions]
-
-    def step_wait(self) -> tuple[NDArray[Any], NDArray[np.float32], NDArray[np.bool_], list[dict[str, Any]]]:
-        """Play one action in each episode; raises SearchEnded once the budget is spent."""
-        rewards, ended = np.zeros(self.num_envs, dtype=np.float32), np.zeros(self.num_envs, dtype=np.bool_)
-        for i, action in enumerate(self.chosen):
-            rewards[i], ended[i] = self.episodes.step(i, int(action))
-            if ended[i]:
-                self.episodes.reset(i)
-        return self.episodes.observations.copy(), rewards, ended, [{} for _ in range(self.num_envs)]
-
-    def env_method(self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any) -> list[Any]:
-        """``action_masks`` of each episode: the one method that the learner calls."""
-        if method_name != "action_masks":
-            raise AttributeError(method_name)
-        return list(self.episodes.masks[:, self.actions])
-
-    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
-        if attr_name == "action_masks":  # asked for to see whether there are masks
-            return [self.env_method] * self.num_envs
-        return [getattr(self, attr_name)] * self.num_envs
-
-    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
-        raise AttributeError(attr_name)
-
-    def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
-        return [False] * self.num_envs
-
-    def close(self) -> None:
-        """There is nothing to close."""
+        networks.differentiate(batch.inputs, batch.legal, picked, run, by_logits, by_values)
+        gradient = networks.weights.grad
+        if (norm := float(torch.linalg.vector_norm(gradient))) > self.max_grad_norm:
+            gradient.mul_(self.max_grad_norm / norm)
+        self.policy.optimizer.step()

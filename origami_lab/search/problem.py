@@ -8,23 +8,25 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, Protocol
+from collections.abc import Callable, Mapping
+from dataclasses import astuple, dataclass
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from origami_lab.game.game import Game
 from origami_lab.game.kernels.play import branch, copy_to, legal_of, play_uniform, step
 from origami_lab.game.kernels.state import RUNNING, States
 from origami_lab.objectives.objective import Evaluator, Memos, Score, bind
+from origami_lab.search.checkpoints import Arrays, Checkpoints, pack, unpack
 from origami_lab.search.dense_check import certified_reach
 from origami_lab.search.random_stream import Draws
 
 Actions = NDArray[np.int32]
 
 PROGRESS_SECONDS = 0.25
+_SAVED = ("interactions", "episodes", "rejected", "places_evaluated", "best_value")
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,23 @@ class Searcher(Protocol):
         ...
 
 
+SearcherState = Mapping[str, NDArray[Any]]
+"""What a searcher saves, by names of its own: arrays of numbers or text."""
+
+
+@runtime_checkable
+class LastingSearcher(Searcher, Protocol):
+    """A searcher that can go on where another one of its kind has ended."""
+
+    def save(self) -> Mapping[str, ArrayLike]:
+        """Its state after ``search`` has ended, wherever that was: arrays of numbers or text."""
+        ...
+
+    def load(self, state: SearcherState) -> None:
+        """Take up a saved state, before ``search``, which then goes on."""
+        ...
+
+
 @dataclass(eq=False)
 class Positions:
     """An array of game states with the evaluator's notes on each; :meth:`Problem.grow` makes room for more."""
@@ -100,6 +119,14 @@ class Problem:
         Called a few times a second while the search runs.
     should_stop
         Asked as often; once it says yes the search ends with what it has.
+    goal
+        A return that is good enough: the search ends once it is reached.
+    time_is_up
+        Asked as often as ``should_stop``; once it says yes the search has come to its end, too.
+    begun
+        What was found before, where a search goes on: its interactions count, and its best is to be exceeded.
+    checkpoints
+        Where a searcher may save itself on the way (:meth:`save`), and finds what it saved when it was killed.
     """
 
     def __init__(
@@ -111,8 +138,13 @@ class Problem:
         certify: bool = True,
         on_progress: Callable[[Problem], None] | None = None,
         should_stop: Callable[[], bool] | None = None,
+        goal: float = math.inf,
+        time_is_up: Callable[[], bool] | None = None,
+        begun: Outcome | None = None,
+        checkpoints: Checkpoints | None = None,
     ) -> None:
         self.game, self.objective, self.budget, self.certify = game, objective, budget, certify
+        self.goal = goal
         self.evaluator: Evaluator = bind(objective, game)
         self._exact_value = getattr(self.evaluator, "exact_value", None)
         self.interactions = 0
@@ -122,8 +154,13 @@ class Problem:
         """Counted by searchers that look at places before they play them."""
         self.best_value = -math.inf
         self.improvements: list[Improvement] = []
-        self._on_progress, self._should_stop = on_progress, should_stop
-        self._stopped = False
+        if begun is not None:
+            self.interactions, self.episodes, self.rejected = begun.interactions, begun.episodes, begun.rejected
+            self.places_evaluated, self.best_value = begun.places_evaluated, begun.value
+            self.improvements += begun.improvements
+        self._on_progress, self._should_stop, self._time_is_up = on_progress, should_stop, time_is_up
+        self._checkpoints = checkpoints
+        self._stopped = self._late = False
         self._next_check = 0
         self._check_every = 1
         self._last_check = time.monotonic()
@@ -134,13 +171,18 @@ class Problem:
 
     @property
     def done(self) -> bool:
-        """Whether the budget is spent or the search was asked to stop."""
-        return self._stopped or self.interactions >= self.budget
+        """Whether the budget is spent, the goal reached, the time up, or the search was asked to stop."""
+        return self._stopped or self._late or self.interactions >= self.budget or self.best_value >= self.goal
 
     @property
     def stopped(self) -> bool:
         """Whether the search was asked to stop, and has heard it."""
         return self._stopped
+
+    @property
+    def is_late(self) -> bool:
+        """Whether the time is up, and the search has heard it."""
+        return self._late
 
     @property
     def remaining(self) -> int:
@@ -165,6 +207,8 @@ class Problem:
             self._on_progress(self)
         if self._should_stop is not None and self._should_stop():
             self._stopped = True
+        if self._time_is_up is not None and self._time_is_up():
+            self._late = True
 
     # --- playing -----------------------------------------------------------------------------------------------------
 
@@ -185,12 +229,13 @@ class Problem:
         self.evaluator.clear(positions.memos, i)
         return self._legal[: legal_of(positions.states, i, self.game.rules.record, self._legal)]
 
-    def play(self, positions: Positions, i: int, action: int) -> Actions:
+    def play(self, positions: Positions, i: int, action: int, *, count: bool = True) -> Actions:
         """Play a legal action, one interaction; returns the actions legal afterwards, none if the episode has ended.
 
-        They are valid until the next call.
+        They are valid until the next call. ``count=False`` plays again what was counted before.
         """
-        self.spend(1)
+        if count:
+            self.spend(1)
         n = step(positions.states, i, self.game.rules.record, action, self._legal)
         return self._legal[:n]
 
@@ -273,6 +318,33 @@ class Problem:
         self.best_value = score.value
         self.improvements.append(Improvement(self.interactions, score.value, score.angle, actions))
         return score.value
+
+    # --- saving ------------------------------------------------------------------------------------------------------
+
+    def checkpoint(self, arrays: Callable[[], Arrays]) -> None:
+        """Save the search if it is time to, about twice a minute: the problem, and arrays of numbers of the searcher's.
+
+        They must be all that its further course depends on, so that it comes to the same, bit for bit, gone on with or
+        not. A search that is to be saved is long, and asks often.
+        """
+        if self._checkpoints is not None and self._checkpoints.due:
+            facts: dict[str, Any] = {name: getattr(self, name) for name in _SAVED}
+            facts["improvements"] = [astuple(each) for each in self.improvements]
+            self._checkpoints.write(pack(facts, arrays()))
+
+    def last_checkpoint(self) -> dict[str, NDArray[Any]] | None:
+        """The arrays that were saved last, and the problem as it was then; None if nothing was."""
+        content = None if self._checkpoints is None else self._checkpoints.read()
+        found = None if content is None else unpack(content)
+        if found is None:
+            return None
+        facts, arrays = found
+        self.improvements = [
+            Improvement(at, value, angle, tuple(actions)) for at, value, angle, actions in facts["improvements"]
+        ]
+        for name in _SAVED:
+            setattr(self, name, facts[name])
+        return arrays
 
     # --- the result --------------------------------------------------------------------------------------------------
 

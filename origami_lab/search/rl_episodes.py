@@ -41,16 +41,27 @@ class Episodes:
         """(count, n_actions) the legal actions of each, none once it has ended; kept up to date."""
         self.returns = np.zeros(count)
         """(count,) the rewards of each so far; the return once it has ended."""
+        self.actions: list[list[int]] = [[] for _ in range(count)]
+        """What was played in each so far."""
 
     def reset(self, i: int) -> None:
         """Begin episode i anew."""
         self.returns[i] = 0.0
+        self.actions[i] = []
         self._show(i, self.problem.clear(self.positions, i))
 
-    def step(self, i: int, action: int) -> tuple[float, bool]:
+    def go_back(self, actions: list[list[int]]) -> None:
+        """Play again what was played in each episode before, without an interaction; none of them has ended."""
+        for i, played in enumerate(actions):
+            self.reset(i)
+            for action in played:
+                self.step(i, action, count=False)
+
+    def step(self, i: int, action: int, *, count: bool = True) -> tuple[float, bool]:
         """Play an action in episode i, one interaction: the reward, and whether the episode has ended.
 
-        An action that is not legal, or not one of the game's, ends the episode with the penalty.
+        An action that is not legal, or not one of the game's, ends the episode with the penalty. ``count=False`` is for
+        what was counted before.
 
         Raises
         ------
@@ -63,7 +74,8 @@ class Episodes:
             problem.spend(1)
             self.masks[i] = False
             return self._move_to(i, game.penalty), True
-        legal = problem.play(self.positions, i, action)
+        legal = problem.play(self.positions, i, action, count=count)
+        self.actions[i].append(action)
         self._show(i, legal)
         if not len(legal):
             value = problem.finish(self.positions, i, above=-math.inf)

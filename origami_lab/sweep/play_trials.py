@@ -148,7 +148,7 @@ class Player:
             if self.calls is not None:
                 parts = replace(parts, objective=watched(parts.objective, self.calls))
             stop = lambda: held.lost or self.should_stop()  # noqa: E731
-            return run_trial(settings, seed, folder, lambda _: self.playing(), stop, parts)[0]
+            return run_trial(settings, seed, folder, lambda _: self.playing(), stop, parts, keep_state=False)[0]
         except (FolderError, KeyboardInterrupt):
             raise
         except BaseException as error:  # also what a user's objective may do to end a program

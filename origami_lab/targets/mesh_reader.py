@@ -48,6 +48,11 @@ def axis_up(path: str | Path) -> Literal["y", "z"]:
     return "y" if Path(path).suffix.lower().lstrip(".") in GLTF else "z"
 
 
+def millimetres_per_unit(path: str | Path) -> float:
+    """A unit of a file of this name in millimetres: a metre by glTF's standard; other kinds do not say, so one."""
+    return 1000.0 if Path(path).suffix.lower().lstrip(".") in GLTF else 1.0
+
+
 def read_mesh(path: Path, max_faces: int, as_first: bool = False) -> tuple[Array, Indices, float]:
     """All triangles of a file in one frame, in units and axes of the file.
 

@@ -10,7 +10,8 @@ from typing import Literal
 import numpy as np
 
 from origami_lab.errors import InputError
-from origami_lab.targets.mesh_reader import Array, Indices, axis_up, read_mesh, used
+from origami_lab.lengths import millimetres
+from origami_lab.targets.mesh_reader import Array, Indices, axis_up, millimetres_per_unit, read_mesh, used
 from origami_lab.targets.target import Target
 
 
@@ -28,17 +29,34 @@ def mesh(
     up: Literal["auto", "y", "z"] | None = "auto",
     board_width: int | None = None,
     board_height: int | None = None,
+    cell: float | str | None = None,
 ) -> Target:
-    """A target from a mesh file: see :func:`origami_lab.targets.mesh_target.load_mesh` for all parameters.
+    """A target from a mesh file: see :func:`origami_lab.targets.mesh_target.load_mesh` for all parameters but one.
+
+    Parameters
+    ----------
+    cell
+        The length of a board cell, ``"5mm"`` or a number of millimetres: without ``fit`` the mesh is then as large as
+        its file says, and ``scale`` a factor on that.
 
     Raises
     ------
     InputError
         If the file or a setting is unusable; one line that says why.
     """
-    vertices, faces, is_closed, units, uncertainty = load_mesh(
-        path, scale, rotate, translate, fit, align_z, closed, board_size, max_faces, up, board_width, board_height
-    )
+    length = None if cell is None else millimetres(cell)
+    if cell is not None and length is None:
+        raise InputError("target.cell", cell, "must be a length above 0, like 5mm")
+    if length is not None and fit is None and _is_number(scale):
+        scale = scale * millimetres_per_unit(path) / length
+    try:
+        vertices, faces, is_closed, units, uncertainty = load_mesh(
+            path, scale, rotate, translate, fit, align_z, closed, board_size, max_faces, up, board_width, board_height
+        )
+    except InputError as error:
+        if length is None or fit is not None or error.field != "target.scale" or not scale > 0.0:
+            raise
+        raise InputError("cell", cell, error.expected) from error  # what was asked for
     title = Path(path).stem if name is None else name
     return Target(title, vertices, faces, is_closed, units, uncertainty=uncertainty)
 

@@ -70,6 +70,12 @@ class Target:
         return build_bvh(self.triangles)
 
     @property
+    def size(self) -> float:
+        """The longest side of the box around it, board units."""
+        corners = self.triangles.reshape(-1, 3)
+        return float(np.ptp(corners, axis=0).max())
+
+    @property
     def area(self) -> float:
         """Surface area, square board units."""
         return float(areas(self.triangles).sum())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import time
 import uuid
 from collections.abc import Collection, Iterator, Mapping
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from omegaconf import OmegaConf
 
 from origami_lab.config.config_file import read_config_file
-from origami_lab.config.node import FREE_TO_CHANGE, flatten
+from origami_lab.config.node import FREE_TO_CHANGE, OF_STAGES, flatten
 from origami_lab.config.seeds import format_seeds
 from origami_lab.config.settings import Settings, read_settings
 from origami_lab.errors import InputError
@@ -28,6 +29,7 @@ from origami_lab.file_names import (
     PATTERN_SVG,
     POLISHED,
     RESULT,
+    STATE,
     SUMMARY,
     TRIALS,
     VIEWER,
@@ -152,8 +154,9 @@ class ExperimentRuns(MlflowLog):
         return self.root.run
 
     def _root_params(self) -> dict[str, str]:
-        """The configuration, but for settings that a resumed run may have changed."""
-        fixed = {key: value for key, value in self.settings.config.items() if key not in FREE_TO_CHANGE}
+        """The configuration, but for settings that a resumed run may have changed; its budget is the first one."""
+        changing = (*FREE_TO_CHANGE, *(key for key in OF_STAGES if key != "budget"))
+        fixed = {key: value for key, value in self.settings.config.items() if key not in changing}
         return {key: str(value) for key, value in flatten(fixed).items()}
 
     def _push_entry(self, root: str, seed: int, row: TrialRow) -> bool:
@@ -171,10 +174,12 @@ class ExperimentRuns(MlflowLog):
         metrics = metrics_of({name: value for name, value in row.values().items() if name != "seed"}, ended)
         if path.is_dir() and not failed:
             metrics += _curve(path / CURVE, ended)
-        words = ("certificate", "polish", "polished_certificate")
+        words = ("certificate", "polish", "polished_certificate", "ended")
         self._log(run, metrics, {"status": row.status, **{name: row[name] for name in words if row[name]}})
         if path.is_dir() and not failed:
             for file in sorted(filter(is_regular, path.iterdir())):  # a link may lead to what is not for others
+                if file.name == STATE:  # of use where the run goes on, in its folder
+                    continue
                 self.client.log_artifact(run, str(file))
             # the viewer shows JSON, not .fold
             self.client.log_text(run, (path / BEST).read_text(encoding="utf-8"), f"{BEST}.json")
@@ -233,9 +238,17 @@ class ExperimentRuns(MlflowLog):
         if polished is not None:
             figures |= {"best_polished_return": polished.polished_return, "best_polished_seed": polished.seed}
         tags = {"seeds": str(format_seeds(self.settings.seeds)), "command": str(summary.get("command", ""))}
+        tags |= self._stage_tags()
         if best is not None and best.certificate:
             tags["certificate"] = best.certificate
         self._log(run, metrics_of(figures, time.time()), tags)
+
+    def _stage_tags(self) -> dict[str, str]:
+        """What the run has been given by now, where that is not its budget alone."""
+        stages = [*self.settings.stages, self.settings.stage]
+        if len(stages) == 1 and stages[0].target_return is None and stages[0].minutes is None:
+            return {}
+        return {"stages": json.dumps([stage.to_node() for stage in stages])}
 
     def _tags(self) -> dict[str, str]:
         """Tags of all runs; those of a multirun find its runs, and tell its jobs apart."""
@@ -245,6 +258,7 @@ class ExperimentRuns(MlflowLog):
             "search": settings.method,
             "folder": str(self.folder.absolute()),
             "seeds": str(format_seeds(settings.seeds)),
+            **self._stage_tags(),
         }
         if self.multirun is not None:
             index, job = self.multirun

@@ -15,8 +15,8 @@ def watched(objective: Any, calls: Calls) -> Any:
     """The same objective with numbered calls. Ours are left as they are: their first call may compile for a minute."""
     if type(objective).__module__.partition(".")[0] == "origami_lab":
         return objective
-    # messages name the class
-    return type(type(objective).__name__, (_Watched,), {})(objective, calls)
+    # messages name the class, and it is still the user's
+    return type(type(objective).__name__, (_Watched,), {"__module__": type(objective).__module__})(objective, calls)
 
 
 class _Watched:

@@ -13,6 +13,7 @@ from hydra import compose, initialize_config_dir
 from hydra.core.hydra_config import HydraConfig
 from omegaconf import DictConfig
 
+import origami_lab
 from origami_lab.config.compose import hydra_words, without_hydra
 from origami_lab.config.instantiate import build_parts
 from origami_lab.config.node import flatten
@@ -188,6 +189,7 @@ def test_the_papers_experiments_have_its_settings(name: str) -> None:
     game = found.game
     row = game.board_size, dict(found.start), game.symmetry, game.max_crease_length, game.source_action
     assert row == (board, start, symmetry, length, sources)
+    assert game.straight_sectors is False  # as its tables were made
     assert (found.task, found.method, found.budget, found.seeds) == (name, "dfts", 500_000, tuple(range(10)))
     assert game.driving_angle_fixed == ("start" if what == "chair" else None)
     assert (game.driving_angle_max, game.driving_angle_count) == (pytest.approx(np.degrees(3.14)), 10)
@@ -205,6 +207,57 @@ def test_overlays_can_be_laid_over_each_other() -> None:
     assert (found.certify, found.game.symmetry) == (False, "y")
 
 
+# what the authors' program does, where it is not what the paper's text says
+PUBLISHED: dict[str, dict[str, Any]] = {
+    "rdm": {},
+    "dfts": {"restarts": 100, "children": 11, "aspiration": None, "inside_moves": False},
+    "bfts": {"restarts": 100, "children": 11, "aspiration": None, "inside_moves": False},
+    "mcts": {"unvisited": 0.0, "epsilon": 0.25, "alpha": 0.03, "simulations": 100, "temperature": 1.5},
+    "evo": {"rescale": False, "population": 128, "sigma_1": 0.1, "sigma_2": 0.5, "sigma_3": 1.0},
+}
+
+
+@pytest.mark.parametrize(
+    ("task", "method"),
+    [("bowl", "dfts"), ("face", "bfts"), ("cube", "mcts"), ("bucket_xy", "evo"), ("chair", "rdm"), ("shelf_y", "dfts")],
+)
+def test_as_published(task: str, method: str) -> None:
+    found = settings(f"+experiment=[paper/{task},paper/as_published]", f"search={method}")
+    assert {**found.search, **PUBLISHED[method]} == found.search
+    game = found.game
+    assert (found.certify, game.stuck, game.straight_sectors) == (False, "penalise", True)
+    assert (game.driving_angle_max, game.driving_angle_count) == (pytest.approx(np.degrees(3.14)), 10)
+    what, board, start, symmetry, length, sources = PAPER[task]
+    assert (game.board_size, dict(found.start), game.symmetry) == (board, start, symmetry)
+    assert (game.max_crease_length, game.source_action) == (length, sources)
+    assert (found.task, found.method, found.budget) == (f"{what}_as_published", method, 500_000)
+    if found.target is not None:
+        assert found.objective["distance"] == "sampled"
+    if what == "bucket":
+        assert found.objective["norm_of"] == "vertices"
+    # the command line wins
+    own = settings(f"+experiment=[paper/{task},paper/as_published]", "search=dfts", "search.restarts=10", "stuck=score")
+    assert (own.search["restarts"], own.search["children"], own.game.stuck) == (10, 11, "score")
+
+
+def test_any_crease_as_published_keeps_its_lower_panel() -> None:
+    overlay = "+experiment=paper/as_published"
+    for start in ("crease", "centre_crease"):
+        assert settings("target=bowl", f"start={start}", "symmetry=none", overlay).start["stays"] == "lower"
+        assert settings("target=bowl", f"start={start}", "symmetry=none").start["stays"] == "upper"
+    assert settings("target=bowl", "search=dfts").search["restarts"] == 200
+
+
+@pytest.mark.parametrize("task", ["cube", "face", "bucket"])
+def test_as_published_plays(task: str, tmp_path: Path) -> None:
+    words = [f"+experiment=[paper/{task},paper/as_published]", "search=dfts", "seed=0", "budget=300", "workers=1"]
+    result = origami_lab.run(
+        [*words, "tracking=none", "files=designs", "verbosity=quiet", f"output={tmp_path / 'run'}"]
+    )
+    row = result.trials.loc[0]
+    assert (row["status"], row["interactions"]) == ("ok", 300)
+
+
 @pytest.mark.parametrize(
     ("override", "key", "value"),
     [
@@ -214,6 +267,7 @@ def test_overlays_can_be_laid_over_each_other() -> None:
         ("max_crease_length=null", "max_crease_length", None),
         ("max_crease_length=3", "max_crease_length", 3.0),
         ("source_action=false", "source_action", False),
+        ("straight_sectors=false", "straight_sectors", False),
         ("driving_angle.max=90", "driving_angle_max", 90.0),
         ("driving_angle.count=5", "driving_angle_count", 5),
         ("driving_angle.fixed=45.5", "driving_angle_fixed", 45.5),

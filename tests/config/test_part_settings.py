@@ -9,11 +9,12 @@ import yaml
 
 from benchmarks.parts import shapes
 from origami_lab.config.compose import compose_settings
-from origami_lab.config.instantiate import build_parts
+from origami_lab.config.instantiate import build_objective, build_parts
 from origami_lab.config.node import flatten
 from origami_lab.config.settings import Settings
 from origami_lab.config.warnings import remarks
 from origami_lab.errors import InputError
+from origami_lab.targets import Target
 
 
 @pytest.fixture
@@ -113,3 +114,37 @@ def test_a_run_that_goes_on_keeps_what_was_chosen(bracket: Path, tmp_path: Path)
 def test_wrong_values_are_refused_in_one_line(bracket: Path, override: str, field: str) -> None:
     with pytest.raises(InputError, match=f"^{field}="):
         settings(bracket, override)
+
+
+def laid(bracket: Path, *words: str) -> tuple[Settings, Target]:
+    found = settings(bracket, *words)
+    target, _ = build_objective(found)
+    assert target is not None
+    return found, target
+
+
+def test_a_cell_gives_a_part_its_true_size(bracket: Path) -> None:
+    """Whatever its length: the part is as many cells long as its millimetres say."""
+    _, free = laid(bracket)
+    assert free.units_per_cell is not None
+    size = free.size * free.units_per_cell
+    for cell in (0.15 * size, 0.1 * size, 0.07 * size):
+        found, target = laid(bracket, f"cell={cell}mm")
+        assert target.size == pytest.approx(size / cell, rel=1e-9)
+        assert found.config["target"]["scale"] == 1.0
+
+
+def test_a_sheet_makes_the_part_as_large_as_there_is_room(bracket: Path) -> None:
+    """The board is the one that is chosen without a sheet, and so are the cells of the part."""
+    plain, free = laid(bracket)
+    found, target = laid(bracket, "sheet=A4")
+    assert found.game == plain.game
+    assert target.size == pytest.approx(free.size, rel=1e-12)
+    assert found.cell is not None
+    assert (found.game.width - 1) * found.cell <= 297
+    assert (found.game.height - 1) * found.cell <= 297
+
+
+def test_a_cell_that_is_larger_than_the_part_is_refused_in_one_line(bracket: Path) -> None:
+    with pytest.raises(InputError, match=r"^(cell|target\.scale)="):
+        laid(bracket, "cell=9000mm")

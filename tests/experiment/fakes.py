@@ -12,6 +12,7 @@ import numpy as np
 
 from origami_lab.search.dense_check import certified_reach
 from origami_lab.search.problem import Problem
+from origami_lab.search.random_stream import Draws
 
 
 class Height:
@@ -130,3 +131,24 @@ class Careless:
 
 class NoSearcher:
     """Has no search."""
+
+
+class Counting:
+    """Plays at random and counts its searches over the stages of a run."""
+
+    def __init__(self) -> None:
+        self.searches = 0
+
+    def search(self, problem: Problem, rng: np.random.Generator) -> None:
+        self.searches += 1
+        draws, positions = Draws(rng), problem.new_positions(1)
+        while not problem.done:
+            problem.clear(positions, 0)
+            if problem.play_uniform(positions, 0, draws):
+                problem.finish(positions, 0)
+
+    def save(self) -> dict[str, object]:
+        return {"searches": [self.searches]}
+
+    def load(self, state: dict[str, np.ndarray]) -> None:
+        self.searches = int(state["searches"][0])

@@ -18,7 +18,8 @@ from origami_lab.config.compose import compose_settings
 from origami_lab.config.instantiate import Parts, build_parts
 from origami_lab.experiment.kept_design import MOST_STEPS_BACK, keep_design
 from origami_lab.experiment.runner import summarise
-from origami_lab.experiment.trial import random_generator, run_trial
+from origami_lab.experiment.staged_search import stage_generator
+from origami_lab.experiment.trial import run_trial
 from origami_lab.fold_format.writer import read_fold
 from origami_lab.game.crease_pattern import CreasePattern
 from origami_lab.runs.result import load
@@ -65,7 +66,7 @@ def found() -> list[Found]:
         parts = build_parts(compose_settings(CARELESS, CONF))
         problem = Problem(parts.game, parts.objective, 6000)
         with suppress(SearchEnded):
-            parts.searcher.search(problem, random_generator(seed))
+            parts.searcher.search(problem, stage_generator(seed, 0))
         outcome = problem.outcome()
         designs = [parts.game.design(step.actions, step.angle) for step in outcome.improvements]
         outcomes.append(Found(parts, outcome, [verify(design).verdict for design in designs]))
@@ -212,7 +213,7 @@ def test_at_most_twenty_are_looked_at(
     parts, outcome = many
     looked: list[float] = []
 
-    def planted(file: Path) -> Certificate:
+    def planted(file: Path, thickness: float = 0.0) -> Certificate:
         value = float(read_fold(file).metadata["return"])  # type: ignore[arg-type]
         looked.append(value)
         if value > 29.5 - refuted:

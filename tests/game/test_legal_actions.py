@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+
 import numpy as np
 import pytest
 
+from benchmarks.random_play import makes_half_turn
 from origami_lab.game.game import Game
 from origami_lab.game.kernels.state import NOT_FOLDABLE, PLACEMENT, RUNNING, SELECTION, States
 from origami_lab.game.moves import Lay, Place
@@ -26,6 +31,7 @@ class Comparison:
         self.states, self.spare = game.new_states(1), game.new_states(1)
         self.chosen: list[Point] = []
         self.source_sign = 0
+        self.half_turns = 0
         self.begins_source = 3 * game.rules.points + 5 + 2 * int(game.rules.record["n_placements"][0])
 
     def points(self, actions: set[int], offset: int) -> set[Point]:
@@ -35,6 +41,8 @@ class Comparison:
 
     def compare(self, actions: set[int]) -> None:
         n, oracle = self.game.rules.points, self.oracle
+        if self.game.rules.record["straight_sectors"][0]:
+            oracle.folded = self.game.sheet(self.states), float(self.game.angles[0])
         if self.chosen:
             self.compare_locations(self.points(actions, 2 * n))
             return
@@ -62,6 +70,10 @@ class Comparison:
             fits = oracle.third(v, a, b)
             sheet, rho = self.game.sheet(self.states), float(self.game.angles[0])
             slack = {c: oracle.triangle_slack(sheet, rho, v, a, b, c) for c in fits}
+            if oracle.has_half_turn(v, a, b):  # what the children before have settled
+                assert legal == fits
+                self.half_turns += 1
+                return
             if opposite(v, a, b):
                 mode = int(self.states[0]["mode"])
                 opens = {c: mode * oracle.opens_towards(sheet, rho, v, a, b, c) for c in fits}
@@ -200,6 +212,38 @@ def test_masks_equal_brute_force_with_sources_on_the_boundary(
     assert compare_masks(symmetry, start, 9, length, episodes=8, seed=3, sources="boundary") > 12
 
 
+@pytest.mark.parametrize(("symmetry", "start"), ON_BOUNDARY)
+@pytest.mark.parametrize("sources", ["boundary", "axis"])
+def test_masks_equal_brute_force_where_sectors_are_half_turns(symmetry: str, start: Start, sources: str) -> None:
+    """Every other action makes one, if it can; what the middle child may be then is for the oracle to say, too."""
+    assert compare_masks(symmetry, start, 9, None, episodes=30, seed=4, sources=sources, seek=True) > 12
+
+
+@pytest.mark.parametrize(("symmetry", "start"), ON_BOUNDARY)
+def test_masks_equal_brute_force_without_half_turns(symmetry: str, start: Start) -> None:
+    assert compare_masks(symmetry, start, 9, None, episodes=4, seed=5, sources="boundary", straight=False) > 12
+
+
+LIMITS: dict[str, dict[str, float]] = {
+    "short": {"min_crease_length": 2.0},
+    "diagonal": {"min_crease_length": 2.0**0.5},
+    "sharp": {"min_sector_angle": 45.0},
+    "odd": {"min_sector_angle": 31.7},
+    "narrow": {"min_panel_width": 0.8},
+    "half a diagonal": {"min_panel_width": 0.5**0.5},
+    "all": {"min_crease_length": 1.2, "min_sector_angle": 22.0, "min_panel_width": 0.6},
+}
+
+
+@pytest.mark.parametrize("name", LIMITS)
+@pytest.mark.parametrize("sources", [True, "boundary"])
+def test_limits_are_exact(name: str, sources: bool | str) -> None:
+    compared = 0
+    for symmetry, start in (*STARTS[:5], ("none", Crease("choose")), ON_BOUNDARY[-1], ON_BOUNDARY[-4]):
+        compared += compare_masks(symmetry, start, 9, 3.5, episodes=2, seed=5, sources=sources, limits=LIMITS[name])
+    assert compared > 60
+
+
 def compare_masks(
     symmetry: str,
     start: Start,
@@ -208,12 +252,26 @@ def compare_masks(
     episodes: int,
     seed: int,
     sources: bool | str = True,
+    straight: bool = True,
+    seek: bool = False,
+    limits: Mapping[str, float] = MappingProxyType({}),
 ) -> int:
     rng = np.random.default_rng(seed)
-    game = on_board(board, symmetry, start, max_crease_length=length, source_action=sources)
-    compared = 0
+    game = on_board(
+        board, symmetry, start, max_crease_length=length, source_action=sources, straight_sectors=straight, **limits
+    )
+    compared = half_turns = 0
     for _ in range(episodes):
-        both = Comparison(game, BoardSheet(game.rules.half, symmetry, length, anywhere=sources == "boundary"))
+        oracle = BoardSheet(
+            game.rules.half,
+            symmetry,
+            length,
+            anywhere=sources == "boundary",
+            min_length=limits.get("min_crease_length", 0.0),
+            min_sector=math.radians(limits.get("min_sector_angle", 0.0)),
+            min_width=limits.get("min_panel_width", 0.0),
+        )
+        both = Comparison(game, oracle)
         for _ in range(80):
             actions = game.legal(both.states)
             if both.oracle.ring:
@@ -222,7 +280,10 @@ def compare_masks(
             choices = [int(a) for a in actions if a != 3 * game.rules.points]
             if not choices or both.states[0]["status"] != RUNNING:
                 break
-            both.play(int(rng.choice(choices)))
+            sought = [a for a in choices if seek and makes_half_turn(both.states[0], game.rules.record[0], a)]
+            both.play(int(rng.choice(sought if sought and rng.random() < 0.5 else choices)))
+        half_turns += both.half_turns
+    assert (half_turns > 0) == seek or (straight and not seek)
     return compared
 
 
@@ -230,11 +291,11 @@ def snapshot(states: States) -> bytes:
     return states.tobytes()
 
 
-@pytest.mark.parametrize("symmetry", ["none", "y", "xyd"])
-def test_step_accepts_what_the_mask_allows_and_nothing_else(symmetry: str) -> None:
+@pytest.mark.parametrize(("symmetry", "limits"), [("none", {}), ("y", {}), ("xyd", {}), ("y", LIMITS["all"])])
+def test_step_accepts_what_the_mask_allows_and_nothing_else(symmetry: str, limits: dict[str, float]) -> None:
     """Design page, section 9, item 8."""
     rng = np.random.default_rng(3)
-    game = Game(7, symmetry, Square("choose"), capacity=24)
+    game = Game(7, symmetry, Square("choose"), capacity=24, **limits)
     for _ in range(2):
         states = game.new_states(1)
         for _ in range(40):

@@ -266,7 +266,7 @@ def test_a_saved_design_is_a_start_pattern(name: str, tmp_path: Path) -> None:
         extended = [move.leaf for move in moves if isinstance(move, Extend)]
         if extended:
             less = Game(11, symmetry, FromFile(file, [extended[-1]]), max_crease_length=5)
-            assert extended[-1] not in [getattr(move, "leaf", None) for move in less.start_moves]
+            assert extended[-1] not in [move.leaf for move in less.start_moves if isinstance(move, Extend)]
             assert less.start_moves[0] == moves[0]
 
 

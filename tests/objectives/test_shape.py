@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -111,7 +112,58 @@ def test_all_three_distances_are_reported_for_the_design() -> None:
     figures = report(ShapeObjective(pyramid(), "sampled"), game, game.finished_actions(states), 5)
     assert figures["return_vertex"] == pytest.approx(PYRAMID, abs=1e-9)
     assert figures["return_surface"] == pytest.approx(PYRAMID, abs=1e-9)
-    assert set(figures) == {"return_vertex", "return_surface", "return_sampled"}
+    others = {"chamfer", "likeness", "return_own", "return_percent"}
+    assert set(figures) == {"return_vertex", "return_surface", "return_sampled"} | others
+    assert figures["return_own"] == figures["return_sampled"]
+    height = 2 * math.sqrt(2)  # its longest side
+    assert figures["return_percent"] == pytest.approx(100 * figures["return_sampled"] / height)
+    assert 0 < figures["chamfer"] < -PYRAMID
+    assert figures["likeness"] == 1.0  # each side is less than a degree off its own
+
+
+def scaled_pyramid() -> Target:
+    """The pyramid as if from a file in which a cell is 2.5 units."""
+    return replace(pyramid(), units_per_cell=2.5)
+
+
+def test_returns_stand_in_the_units_of_the_file() -> None:
+    game, moves = known_pyramid()
+    actions = game.finished_actions(game.replay_moves(moves))
+    objective = ShapeObjective(scaled_pyramid(), "auto")
+    assert objective.distance == "surface"
+    assert ShapeObjective(pyramid(), "auto").distance == "vertex"
+    assert report(objective, game, actions, 5)["return_units"] == pytest.approx(2.5 * PYRAMID, abs=1e-9)
+
+
+def test_the_mean_is_what_points_everywhere_say() -> None:
+    """Random points of both surfaces, many, against scipy's nearest ones."""
+    game, moves = known_cube()
+    states = game.replay_moves(moves)
+    target = bowl()
+    evaluator = bind(ShapeObjective(target, "mean"), game)
+    triangles, rng = folded_triangles_of(states, 0, game.rules.record, 4), np.random.default_rng(1)
+    sheet, shape = (sample_triangles(surface, 40_000, rng) for surface in (triangles, target.triangles))
+    expected = 0.5 * (cKDTree(shape).query(sheet)[0].mean() + cKDTree(sheet).query(shape)[0].mean())
+    assert evaluator.measure(states, 0, 4, "mean") == pytest.approx(expected, abs=0.02)
+
+
+def test_the_mean_has_no_bound_and_its_score_is_the_best_angle_s() -> None:
+    game, moves = known_pyramid()
+    states = game.replay_moves(moves)
+    for weight in (0.0, 0.01):
+        evaluator = bind(ShapeObjective(pyramid(), "mean", compactness=weight), game)
+        assert evaluator.bound(states, evaluator.new_memos(1), 0) == math.inf
+        vertices = game.sheet(states).points
+        values = [
+            -evaluator.measure(states, 0, k, "mean") - weight * np.linalg.norm(vertices[k], axis=1).max()
+            for k in range(len(vertices))
+        ]
+        found = evaluator.score(states, evaluator.new_memos(1), 0)
+        assert found.angle == int(np.argmax(values))
+        assert found.value == pytest.approx(max(values), abs=1e-12)
+        assert evaluator.exact_value(states, evaluator.new_memos(1), 0) == pytest.approx(max(values), abs=1e-12)
+        above = evaluator.score(states, evaluator.new_memos(1), 0, max(values) + 1e-9)
+        assert above.value == -math.inf
 
 
 def random_states(game: Game, seed: int, want: int) -> list[np.ndarray]:

@@ -27,7 +27,7 @@ def cells(report: Path) -> dict[tuple[str, str], tuple[int, float]]:
 
 def test_old_and_new_trials_are_one_group(here: Path) -> None:
     unpack(here, "killed")
-    assert command(*PYRAMID, *QUICK, "seed=7", "output=new") == 0
+    assert command(*PYRAMID, *QUICK, "straight_sectors=false", "seed=7", "output=new") == 0
     assert command("report", ".", "--output", "report") == 0
     folders = [*(here / "killed").glob("seed=*"), here / "new/seed=7"]
     returns = [recorded_trial(folder)["return"] for folder in folders]
@@ -55,7 +55,7 @@ def test_every_old_name_is_the_new_one(here: Path, capsys: pytest.CaptureFixture
         change_seeds(new)
         capsys.readouterr()
         words = tuple(word.replace(".path=", f".path={here}/") for word in words)  # as a run notes it
-        assert command(*words, *QUICK, f"seed={LATER}", "--cfg", "job", "--resolve") == 0
+        assert command(*words, *QUICK, "straight_sectors=false", f"seed={LATER}", "--cfg", "job", "--resolve") == 0
         (new / "config.yaml").write_text(capsys.readouterr().out, encoding="utf-8")
 
     assert command("report", "old", "new", "--output", "report") == 0

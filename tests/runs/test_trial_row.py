@@ -15,6 +15,8 @@ from rich.console import Console
 
 from origami_lab.experiment.terminal_table import (
     certificate_lines,
+    end_lines,
+    figure_lines,
     hint,
     places_line,
     polish_lines,
@@ -168,6 +170,51 @@ def test_polished_designs_are_averaged_and_the_best_of_them_is_named() -> None:
     assert polish_lines([row(0, -1.0)]) == []
     assert [r.may_be_polished for r in rows] == [False, False, False, True]
     assert [row(0, -1.0, status).may_be_polished for status in ("ok", "stopped", "no design")] == [True, False, False]
+
+
+def test_where_vertices_flatter_a_design_is_said() -> None:
+    """By more than a tenth of what the surface says, and by more than surfaces are measured to."""
+    distances = {
+        0: (-1.0, -1.1),
+        1: (-1.0, -1.12),
+        2: (-0.0001, -0.0009),
+        3: (-2.0, -2.0),
+        4: (None, None),
+        5: (-0.01, -0.02),
+    }
+    rows = [
+        row(seed, -1.0, return_vertex=vertex, return_surface=surface, chamfer=0.5, likeness=0.75, return_percent=-20.0)
+        for seed, (vertex, surface) in distances.items()
+    ]
+    assert [r.seed for r in rows if r.surface_is_worse] == [1, 5]
+    best, worse = figure_lines(rows)
+    assert best == (
+        "best (seed 0): 1 cells from the target = 20 % of the target's size; on average 0.5 cells; likeness 0.75"
+    )
+    assert worse.startswith("seed 1, 5: by surface the design is further from the target")
+    assert figure_lines([row(0, 3.0)]) == []  # no target
+
+
+def test_lengths_on_paper_and_in_the_file_are_said() -> None:
+    paper = {"cell_mm": 5.0, "return_mm": -2.0, "width_mm": 70.0, "height_mm": 60.0, "return_units": -1.6}
+    best, size = figure_lines([row(0, -0.4, chamfer=0.1, likeness=1.0, return_percent=-2.0, **paper)])
+    assert "0.4 cells from the target = 1.6 units of the file = 2 mm on paper = 2 % of the target's size" in best
+    assert size == "its pattern is 70 × 60 mm, 5 mm a board cell"
+
+
+def test_trials_that_ended_early_are_named() -> None:
+    ends = ["budget", "target return", "minutes", "minutes", None]
+    goal, clock = end_lines([row(seed, -1.0, ended=end) for seed, end in enumerate(ends)])
+    assert goal == "seed 1: ended by target_return, which it has reached"
+    assert clock.startswith("seed 2, 3: ended by minutes")
+    assert "not reproducible by the seed alone" in clock
+
+
+def test_figures_are_averaged_as_returns_are() -> None:
+    rows = [row(0, -1.0, likeness=0.5, chamfer=0.2), row(1, -1.0, likeness=1.0, chamfer=0.4), row(2, -1.0)]
+    found = spreads(rows)
+    assert (found["likeness"].mean, found["likeness"].n) == (0.75, 2)
+    assert found["chamfer"].mean == pytest.approx(0.3)
 
 
 def test_places_that_were_evaluated_are_said() -> None:

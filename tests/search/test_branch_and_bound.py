@@ -50,7 +50,8 @@ class Tall:
 GAMES: dict[str, tuple[Callable[[], Game], Callable[[], Target]]] = {
     "bowl": (lambda: Game(25, "xyd", Square("choose"), max_crease_length=2.9), bowl),
     "cube": (lambda: Game(9, "xy", Square(1), max_crease_length=2), cube),
-    "pyramid": (lambda: Game(9, "none", Square(1)), pyramid),
+    # of these games some designs are refused
+    "pyramid": (lambda: Game(9, "none", Square(1), straight_sectors=False), pyramid),
 }
 
 
@@ -99,7 +100,7 @@ def test_an_aspiration_and_bounds_inside_moves_leave_branches_sooner(best_first:
     method = BreadthFirstSearch if best_first else DepthFirstSearch
     cut = scored = 0
     for seed in range(1):
-        options = {"aspiration": 2.5, "inside_moves": True}
+        options = {"aspiration": 2.47, "inside_moves": True}  # no distance on the grid, which rounding could decide
         reference = ReferenceTreeSearch(best_first, **options)
         theirs, _ = outcome(GAMES["bowl"][0], ShapeObjective(bowl()), reference, seed, 1200)
         ours, _ = outcome(GAMES["bowl"][0], ShapeObjective(bowl()), method(restarts=1, **options), seed, 1200)

@@ -14,7 +14,7 @@ from origami_lab.cli import main
 from origami_lab.errors import InputError
 from origami_lab.game.game import Game
 from origami_lab.game.observation import view_of
-from origami_lab.game.start_patterns import Square
+from origami_lab.game.start_patterns import Rectangle, Square
 from origami_lab.objectives.shape import ShapeObjective
 from origami_lab.search.ppo import ProximalPolicyOptimization
 from origami_lab.search.problem import Problem
@@ -135,9 +135,128 @@ def test_the_learner_has_the_papers_numbers() -> None:
     assert model.n_steps * model.n_envs == 2050
     assert (model.batch_size, model.ent_coef) == (64, 0.01)
     assert model.policy.net_arch == [256, 256]
-    shapes = {tuple(parameter.shape) for parameter in model.policy.parameters()}
-    assert {(256, 380), (256, 256), (82, 256), (1, 256)} <= shapes
+    networks = model.policy.networks
+    assert networks.beginning.shape == (380, 2 * 256)
+    assert [tuple(weight.shape) for weight, _ in networks.parts.policy] == [(256, 256), (82, 256)]
+    assert [tuple(weight.shape) for weight, _ in networks.parts.value] == [(256, 256), (1, 256)]
     assert model.action_space.n == 3 * 25 + 5 + 2  # three for each of 25 playable points, of the game's 250
+
+
+def played(problem: Problem, *, stock: bool, observation: str, **numbers: Any) -> tuple[Any, Any]:
+    """A learner after three batches: ours, or MaskablePPO as it comes; and what it has found."""
+    from sb3_contrib import MaskablePPO
+
+    from origami_lab.search.ppo_environment import EpisodeVecEnv
+    from origami_lab.search.ppo_learner import isolated, learner
+
+    batch, games = numbers["batch"], numbers["games"]
+    episodes = Episodes(problem, games, view_of(problem.game, observation, 20 if observation == "tensor" else None))
+    with isolated(7):
+        if stock:
+            model = MaskablePPO(
+                "MlpPolicy",
+                EpisodeVecEnv(episodes),
+                learning_rate=numbers["learning_rate"],
+                n_steps=batch // games,
+                batch_size=numbers["minibatch"],
+                n_epochs=numbers["epochs"],
+                gamma=numbers["gamma"],
+                gae_lambda=numbers["gae_lambda"],
+                clip_range=numbers["clip"],
+                ent_coef=numbers["entropy"],
+                policy_kwargs={"net_arch": numbers["layers"]},
+                device="cpu",
+            )
+        else:
+            model = learner(episodes, **numbers)
+        model.learn(3 * batch)
+    return model, problem.outcome()
+
+
+@pytest.mark.parametrize("observation", ["compact", "tensor"])
+def test_it_learns_what_sb3_contrib_learns(torch: Any, observation: str) -> None:
+    """The same play and, up to rounding, the same weights after three updates as those of MaskablePPO.
+
+    A narrow clipping range and a large step, so that ratios are clipped on both sides and gradients are, too.
+    """
+    numbers = {"layers": [24, 16], "batch": 300, "games": 4, "epochs": 4, "minibatch": 64}
+    numbers |= {"entropy": 0.05, "learning_rate": 2e-3, "clip": 0.05, "gamma": 0.97, "gae_lambda": 0.9}
+    theirs, expected = played(cube_problem(10_000), stock=True, observation=observation, **numbers)
+    ours, found = played(cube_problem(10_000), stock=False, observation=observation, **numbers)
+    assert found == expected
+    networks, mlp = ours.policy.networks, theirs.policy.mlp_extractor
+    weight, seen = torch.cat([net[0].weight for net in (mlp.policy_net, mlp.value_net)]).T, networks.seen
+    close = {"rtol": 0, "atol": 1e-4}
+    torch.testing.assert_close(networks.parts.weight[: len(seen)], weight[seen], **close)
+    assert (weight[seen] - networks.beginning[seen]).abs().max() > 0.02
+    unseen = np.setdiff1d(np.arange(len(weight)), seen)
+    assert 0 < len(seen) < len(unseen)
+    assert torch.equal(networks.beginning[unseen], weight[unseen])  # they have not moved
+    bias = torch.cat([net[0].bias for net in (mlp.policy_net, mlp.value_net)])
+    torch.testing.assert_close(networks.parts.bias, bias, **close)
+    for parts, net, last in (
+        (networks.parts.policy, mlp.policy_net, theirs.policy.action_net),
+        (networks.parts.value, mlp.value_net, theirs.policy.value_net),
+    ):
+        for mine, other in zip(parts, [*net[2::2], last], strict=True):
+            torch.testing.assert_close(mine, (other.weight, other.bias), **close)
+
+
+@pytest.mark.usefixtures("torch")
+def test_a_batch_may_leave_a_minibatch_of_one() -> None:
+    """Of one interaction there is no standard deviation."""
+    problem = cube_problem(200)
+    ProximalPolicyOptimization(batch=65, games=5, minibatch=64, layers=[8], epochs=2).search(
+        problem, np.random.default_rng(0)
+    )
+    assert problem.interactions == 200
+
+
+class Memory:
+    """Checkpoints that are all kept, one before each batch."""
+
+    def __init__(self, content: bytes | None = None) -> None:
+        self.content, self.kept, self.due = content, list[bytes](), True
+
+    def write(self, content: bytes) -> None:
+        self.kept.append(content)
+
+    def read(self) -> bytes | None:
+        return self.content
+
+
+@pytest.mark.parametrize("observation", ["compact", "tensor"])
+@pytest.mark.usefixtures("torch")
+def test_a_search_that_was_killed_goes_on_to_the_same_bits(observation: str) -> None:
+    """From whichever save, in the middle of its episodes; and from what was saved after it went on."""
+    searcher = ProximalPolicyOptimization(observation, 20, batch=130, games=5, epochs=2, layers=[16])
+    game, objective = Game(9, "y", Rectangle(), max_crease_length=4, source_action="boundary"), ShapeObjective(cube())
+
+    def search(content: bytes | None, checkpoints: bool = True) -> tuple[Any, list[bytes]]:
+        memory = Memory(content)
+        problem = Problem(game, objective, 1000, checkpoints=memory if checkpoints else None)
+        searcher.search(problem, np.random.default_rng(3))
+        return problem.outcome(), memory.kept
+
+    plain, _ = search(None, checkpoints=False)
+    whole, kept = search(None)
+    assert whole == plain
+    assert len(kept) == 8  # before each of the batches, the first included
+    for save in (1, 4, 7):
+        again, later = search(kept[save])
+        assert again == whole
+        assert later == kept[save:]
+
+
+@pytest.mark.usefixtures("torch")
+@pytest.mark.parametrize("content", [b"", b"PK", b"\x80\x04."])
+def test_a_save_that_cannot_be_read_counts_as_none(content: bytes) -> None:
+    problem, expected = (Problem(cube_problem(1).game, ShapeObjective(cube()), 300) for _ in range(2))
+    searcher = ProximalPolicyOptimization(batch=130, games=5, epochs=2, layers=[16])
+    searcher.search(expected, np.random.default_rng(3))
+    problem._saves = Memory(content)
+    searcher.search(problem, np.random.default_rng(3))
+    assert problem.outcome() == expected.outcome()
 
 
 @pytest.mark.slow

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ from origami_lab.search.evolution import EvolutionarySearch
 from origami_lab.search.mcts import MonteCarloTreeSearch
 from origami_lab.search.neighbourhood.search import NeighbourhoodSearch
 from origami_lab.search.ppo import ProximalPolicyOptimization
-from origami_lab.search.problem import Problem, Searcher
+from origami_lab.search.problem import Problem, SearchEnded, Searcher
 from origami_lab.search.random_search import RandomSearch
 from origami_lab.targets.solids import bowl, cube
 
@@ -84,6 +85,34 @@ def test_a_smaller_budget_finds_what_a_larger_one_finds_first(searcher: Searcher
     assert early
 
 
+def test_a_goal_ends_the_search_where_it_is_reached(searcher: Searcher) -> None:
+    whole = cube_problem(3000)
+    searcher.search(whole, np.random.default_rng(5))
+    for goal in (whole.improvements[0].value, whole.improvements[len(whole.improvements) // 2].value):
+        problem = cube_problem(3000, goal=goal)
+        with suppress(SearchEnded):
+            searcher.search(problem, np.random.default_rng(5))
+        reached = next(number for number, step in enumerate(whole.improvements) if step.value >= goal)
+        assert problem.done
+        assert problem.improvements[: reached + 1] == whole.improvements[: reached + 1]
+        assert problem.interactions == whole.improvements[reached].interaction
+
+
+def test_a_search_that_goes_on_counts_and_exceeds_what_was_there(searcher: Searcher) -> None:
+    before = cube_problem(2000)
+    searcher.search(before, np.random.default_rng(5))
+    begun = before.outcome()
+    problem = cube_problem(3500, begun=begun)
+    searcher.search(problem, np.random.default_rng(6))
+    after = problem.outcome()
+    assert after.interactions == 3500
+    assert after.improvements[: len(begun.improvements)] == begun.improvements
+    assert all(step.interaction > 2000 for step in after.improvements[len(begun.improvements) :])
+    values = [step.value for step in after.improvements]
+    assert values == sorted(set(values))
+    assert after.episodes > begun.episodes
+
+
 def test_only_legal_actions_are_played(searcher: Searcher) -> None:
     """Every design that is scored replays through the game's own check, not only the best ones."""
     scored: list[tuple[int, ...]] = []
@@ -137,13 +166,16 @@ ANYWHERE: dict[str, tuple[str, Start]] = {
     "rectangle": ("y", Rectangle()),
     "crease": ("none", Crease(ends="choose", stays="lower")),
     "panel": ("xy", Panel(((2, 1), (0, 2), (-2, 1), (-2, -1), (0, -2), (2, -1)), (1, 1, 0, 1, 1, 0))),
+    "square": ("x", Square("choose", "choose")),
 }
 
 
 @pytest.mark.parametrize("name", ANYWHERE)
 def test_start_patterns_and_sources_may_be_placed_anywhere(searcher: Searcher, name: str) -> None:
     symmetry, start = ANYWHERE[name]
-    game = Game(9, symmetry, start, max_crease_length=4, source_action="boundary")
+    game = Game(
+        symmetry=symmetry, start=start, board_width=9, board_height=11, max_crease_length=4, source_action="boundary"
+    )
     problem = Problem(game, ShapeObjective(cube()), 1500)
     searcher.search(problem, np.random.default_rng(0))
     outcome = problem.outcome()

@@ -1,9 +1,8 @@
-"""The chain of leaves: neighbours, sides, mirrors, turns."""
+"""The chain of leaves: neighbours, sides, mirrors."""
 
 from __future__ import annotations
 
 from origami_lab.game.kernels.state import Record, code_x, code_y
-from origami_lab.geometry.planar import cross
 from origami_lab.jit import inlined, kernel
 
 PREV, NEXT = 0, 1
@@ -21,36 +20,6 @@ def near_side(s: Record, r: Record, v: int) -> int:
     if r.start_mirror != r.end_mirror:
         return NEXT if s.axis[v] == r.start_mirror else PREV
     return NEXT if s.prev[v] & 7 != 0 else PREV
-
-
-@inlined
-def side_is_open(s: Record, r: Record, v: int, side: int) -> bool:
-    """Whether a crease can leave v on that side: less than π between the last crease there and the boundary."""
-    x, y = s.xy[v, 0], s.xy[v, 1]
-    if side == PREV:
-        neighbour, crease = s.prev[v], s.last[v]
-    else:
-        neighbour, crease = s.next[v], s.first[v]
-    nx, ny = code_x(s, r, neighbour) - x, code_y(s, r, neighbour) - y
-    cx, cy = code_x(s, r, crease) - x, code_y(s, r, crease) - y
-    sine = cross(cx, cy, nx, ny) if side == PREV else cross(nx, ny, cx, cy)
-    return sine > 0 or (sine == 0 and nx * cx + ny * cy > 0)
-
-
-@inlined
-def turn_at(s: Record, r: Record, w: int, a: int, b: int) -> int:
-    """Positive where, seen from w, the coded vertex b lies counter-clockwise of a by less than π."""
-    x, y = s.xy[w, 0], s.xy[w, 1]
-    ax, ay = code_x(s, r, a) - x, code_y(s, r, a) - y
-    return cross(ax, ay, code_x(s, r, b) - x, code_y(s, r, b) - y)
-
-
-@inlined
-def sector_closes(s: Record, r: Record, w: int, side: int) -> bool:
-    """Whether a crease along w's boundary segment leaves a sector of less than π to the next incoming crease."""
-    if side == PREV:
-        return turn_at(s, r, w, s.last[w], s.prev[w]) > 0
-    return turn_at(s, r, w, s.next[w], s.first[w]) > 0
 
 
 @inlined

@@ -10,8 +10,6 @@ from origami_lab.game.kernels.boundary import (
     is_own_image,
     mirror_between,
     near_side,
-    sector_closes,
-    turn_at,
 )
 from origami_lab.game.kernels.collisions import collision_free_reach
 from origami_lab.game.kernels.state import (
@@ -28,6 +26,7 @@ from origami_lab.game.kernels.state import (
     code_y,
     image_code,
 )
+from origami_lab.game.kernels.straight_sectors import close_sector, lock_beside, lock_of, plane_side
 from origami_lab.geometry.planar import cross
 from origami_lab.jit import inlined, kernel
 from origami_lab.kinematics.three_units import frame_from_edge, lift, middle_crease, mirror_frames
@@ -86,10 +85,15 @@ def middle_place(s: Record, r: Record, k: int, qx: int, qy: int) -> tuple[bool, 
         np.sqrt(float(bx * bx + by * by)),
         np.sqrt(float(cx * cx + cy * cy)),
     )
-    A = lift(s.frame_prev[v], k, ax / la, ay / la)
-    B = lift(s.frame_next[v], k, bx / lb, by / lb)
-    cos_u2, cos_u3 = (ax * cx + ay * cy) / (la * lc), (bx * cx + by * cy) / (lb * lc)
-    exists, ux, uy, uz = middle_crease(A, B, cos_u2, cos_u3, s.mode)
+    plane = plane_side(s, r)
+    if plane >= 0:
+        exists = True
+        ux, uy, uz = lift(s.frame_prev[v] if plane == PREV else s.frame_next[v], k, cx / lc, cy / lc)
+    else:
+        A = lift(s.frame_prev[v], k, ax / la, ay / la)
+        B = lift(s.frame_next[v], k, bx / lb, by / lb)
+        cos_u2, cos_u3 = (ax * cx + ay * cy) / (la * lc), (bx * cx + by * cy) / (lb * lc)
+        exists, ux, uy, uz = middle_crease(A, B, cos_u2, cos_u3, s.mode)
     px, py, pz = displaced(s, r, axis_of(r, qx, qy), v, k, lc * ux, lc * uy, lc * uz)
     return exists, px, py, pz
 
@@ -99,7 +103,8 @@ def fold_vertex(s: Record, r: Record, v: int, mode: int, a: int, c: int, b: int)
     """Solve leaf v with children a, c, b at every reachable angle; returns how many angles, from flat up, exist.
 
     ``a`` or ``b`` is −1 where it is known already: a merge, or the mirror image of the other one. The panels
-    (a, c) and (c, b) become the prev and next frames of c.
+    (a, c) and (c, b) become the prev and next frames of c. Where a sector is π they lie in the plane of a panel
+    beside v.
     """
     x, y = s.xy[v, 0], s.xy[v, 1]
     ax, ay, bx, by = s.first_x - x, s.first_y - y, s.second_x - x, s.second_y - y
@@ -112,17 +117,24 @@ def fold_vertex(s: Record, r: Record, v: int, mode: int, a: int, c: int, b: int)
     cos_u2, cos_u3 = (ax * cx + ay * cy) / (la * lc), (bx * cx + by * cy) / (lb * lc)
     on_axis = s.axis[v] > 0
     side = near_side(s, r, v) if on_axis else -1
+    plane = plane_side(s, r)
     for k in range(s.reach):
         A = lift(s.frame_prev[v], k, ax / la, ay / la)
         B = lift(s.frame_next[v], k, bx / lb, by / lb)
-        exists, ux, uy, uz = middle_crease(A, B, cos_u2, cos_u3, mode)
-        if not exists:
-            return k
-        C = (ux, uy, uz)
-        if side != NEXT:
-            frame_from_edge(s.frame_prev[c], k, C, cross3(A, C), cx / lc, cy / lc)
-        if side != PREV:
-            frame_from_edge(s.frame_next[c], k, C, cross3(C, B), cx / lc, cy / lc)
+        if plane >= 0:
+            frames = s.frame_prev[v] if plane == PREV else s.frame_next[v]
+            ux, uy, uz = lift(frames, k, cx / lc, cy / lc)
+            for j in range(6):
+                s.frame_prev[c, k, j] = s.frame_next[c, k, j] = frames[k, j]
+        else:
+            exists, ux, uy, uz = middle_crease(A, B, cos_u2, cos_u3, mode)
+            if not exists:
+                return k
+            C = (ux, uy, uz)
+            if side != NEXT:
+                frame_from_edge(s.frame_prev[c], k, C, cross3(A, C), cx / lc, cy / lc)
+            if side != PREV:
+                frame_from_edge(s.frame_next[c], k, C, cross3(C, B), cx / lc, cy / lc)
         if on_axis:
             m = r.matrices[s.axis[v]]
             if side == NEXT:
@@ -188,16 +200,16 @@ def link_side(s: Record, r: Record, v: int, side: int, child: int, merged: int, 
     if side == PREV:
         if was_bare:
             s.locked[w], s.last[w] = 0, crease
-        elif child < 0 and not sector_closes(s, r, w, NEXT):
-            s.locked[w] = 1
+        elif child < 0:
+            close_sector(s, w, lock_beside(s, r, w, NEXT))
         s.next[w], s.first[w] = 8 * c, crease
         copy_frames(s, w, NEXT, c, panel_side)
         s.prev[c] = 8 * w
     else:
         if was_bare:
             s.locked[w], s.first[w] = 0, crease
-        elif child < 0 and not sector_closes(s, r, w, PREV):
-            s.locked[w] = 1
+        elif child < 0:
+            close_sector(s, w, lock_beside(s, r, w, PREV))
         s.prev[w], s.last[w] = 8 * c, crease
         copy_frames(s, w, PREV, c, panel_side)
         s.next[c] = 8 * w
@@ -238,8 +250,8 @@ def link_side(s: Record, r: Record, v: int, side: int, child: int, merged: int, 
             s.prev[w], s.last[w] = image_code(r, g, s.next[w]), image_code(r, g, s.first[w])
         else:
             s.next[w], s.first[w] = image_code(r, g, s.prev[w]), image_code(r, g, s.last[w])
-        if (child >= 0 or was_bare) and turn_at(s, r, w, s.first[w], s.last[w]) <= 0:
-            s.locked[w] = 1
+        if child >= 0 or was_bare:
+            close_sector(s, w, lock_of(s, r, w, s.first[w], s.last[w]))
 
 
 @kernel

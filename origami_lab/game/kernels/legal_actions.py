@@ -1,4 +1,4 @@
-"""Which actions are legal (paper, section 3.4): rules 1–4 and the maximum crease length, exactly.
+"""Which actions are legal (paper, section 3.4): rules 1–4 and the limits on creases and panels, exactly.
 
 A leaf v is extended by children a (next to its ``prev`` neighbour), c (middle) and b (next to its ``next``
 neighbour). The new triangles (v, prev, a), (v, a, c), (v, c, b), (v, b, next) must be free of the rest of the sheet, so
@@ -14,9 +14,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from origami_lab.game.kernels.boundary import NEXT, PREV, is_own_image, mirror_between, near_side, side_is_open
-from origami_lab.game.kernels.boundary_sources import boundary_action, count_free_segments, write_free_segments
+from origami_lab.game.kernels.boundary import NEXT, PREV, is_own_image, mirror_between, near_side
+from origami_lab.game.kernels.boundary_sources import (
+    boundary_action,
+    count_free_segments,
+    meets_bluntly,
+    source_fits,
+    write_free_segments,
+)
 from origami_lab.game.kernels.corner_choice import write_picks
+from origami_lab.game.kernels.limits import is_blunt_enough, is_long_enough, is_wide_enough
 from origami_lab.game.kernels.state import (
     FIRST,
     ON_BOUNDARY,
@@ -24,6 +31,7 @@ from origami_lab.game.kernels.state import (
     RUNNING,
     SECOND,
     SELECTION,
+    STRAIGHT,
     Record,
     axis_of,
     board_points,
@@ -32,6 +40,7 @@ from origami_lab.game.kernels.state import (
     is_playable,
     point_index,
 )
+from origami_lab.game.kernels.straight_sectors import goes_straight_on, leaf_folds_straight, opposite, plane_side
 from origami_lab.geometry.planar import cross, in_sector, segments_touch, triangle_contains
 from origami_lab.jit import inlined, kernel
 from origami_lab.kinematics.three_units import DEGENERATE, lift, triangle_slack
@@ -43,11 +52,30 @@ Actions = NDArray[np.int32]
 
 @kernel
 def is_selectable(s: Record, r: Record, v: int) -> bool:
-    """Whether leaf v can be chosen: inside the board, on one axis at most, no sector of π or more at it."""
+    """Whether leaf v can be chosen: inside the board, on one axis at most, no sector that keeps it from folding."""
     x, y = s.xy[v, 0], s.xy[v, 1]
-    if abs(x) >= r.half_x or abs(y) >= r.half_y or s.axis[v] < 0 or s.locked[v] != 0:
+    if abs(x) >= r.half_x or abs(y) >= r.half_y or s.axis[v] < 0:
+        return False
+    if s.locked[v] != 0 and not (s.locked[v] == STRAIGHT and r.straight_sectors and leaf_folds_straight(s, v)):
         return False
     return side_is_open(s, r, v, PREV) and side_is_open(s, r, v, NEXT)
+
+
+@kernel
+def side_is_open(s: Record, r: Record, v: int, side: int) -> bool:
+    """Whether a crease can leave v on that side: less than π between the last crease there and the boundary.
+
+    Or π, if a crease along the boundary would go straight on.
+    """
+    x, y = s.xy[v, 0], s.xy[v, 1]
+    if side == PREV:
+        neighbour, crease = s.prev[v], s.last[v]
+    else:
+        neighbour, crease = s.next[v], s.first[v]
+    nx, ny = code_x(s, r, neighbour) - x, code_y(s, r, neighbour) - y
+    cx, cy = code_x(s, r, crease) - x, code_y(s, r, crease) - y
+    sine = cross(cx, cy, nx, ny) if side == PREV else cross(nx, ny, cx, cy)
+    return sine > 0 or (sine == 0 and (nx * cx + ny * cy > 0 or goes_straight_on(s, r, v, side)))
 
 
 @kernel
@@ -117,7 +145,7 @@ def outer_child_fits(s: Record, r: Record, edges: Edges, n: int, side: int, qx: 
     v = s.selected
     x, y = s.xy[v, 0], s.xy[v, 1]
     dx, dy = qx - x, qy - y
-    if float(dx * dx + dy * dy) > r.max_length_sq:
+    if float(dx * dx + dy * dy) > r.max_length_sq or not is_long_enough(r, dx, dy):
         return False
     px, py = code_x(s, r, s.prev[v]) - x, code_y(s, r, s.prev[v]) - y
     nx, ny = code_x(s, r, s.next[v]) - x, code_y(s, r, s.next[v]) - y
@@ -128,11 +156,14 @@ def outer_child_fits(s: Record, r: Record, edges: Edges, n: int, side: int, qx: 
     cx, cy = code_x(s, r, crease) - x, code_y(s, r, crease) - y
     wx, wy = (px, py) if side == PREV else (nx, ny)
     ox, oy = (nx, ny) if side == PREV else (px, py)
-    # the sectors between the incoming crease, the boundary and the new crease lie in (0, π)
-    if side == PREV:
-        if cross(cx, cy, dx, dy) <= 0 or cross(wx, wy, dx, dy) < 0:
-            return False
-    elif cross(dx, dy, cx, cy) <= 0 or cross(dx, dy, wx, wy) < 0:
+    # the sectors between the incoming crease, the boundary and the new crease lie in (0, π), or the new crease goes
+    # straight on from the incoming one
+    sine = cross(cx, cy, dx, dy) if side == PREV else cross(dx, dy, cx, cy)
+    if sine < 0 or (cross(wx, wy, dx, dy) < 0 if side == PREV else cross(dx, dy, wx, wy) < 0):
+        return False
+    if sine == 0 and not (opposite(cx, cy, dx, dy) and goes_straight_on(s, r, v, side)):
+        return False
+    if not is_blunt_enough(r, cx, cy, dx, dy):
         return False
     # and room is left for the other two creases
     if cross(ox, oy, dx, dy) == 0 and ox * dx + oy * dy > 0:
@@ -143,7 +174,7 @@ def outer_child_fits(s: Record, r: Record, edges: Edges, n: int, side: int, qx: 
             return False
         if s.phase == SECOND and s.first_x == qx and s.first_y == qy:
             return False
-        return True
+        return meets_bluntly(s, r, neighbour >> 3, NEXT if side == PREV else PREV)
     axis = axis_of(r, qx, qy)
     own = is_own_image(s, r, v, neighbour)
     if axis < 0 or (axis > 0 and axis == s.axis[v]):
@@ -154,7 +185,7 @@ def outer_child_fits(s: Record, r: Record, edges: Edges, n: int, side: int, qx: 
     if cross(wx, wy, dx, dy) == 0:
         # on the boundary segment itself, strictly inside it
         return wx * dx + wy * dy > 0 and dx * dx + dy * dy < wx * wx + wy * wy
-    if not crease_is_free(edges, n, x, y, qx, qy):
+    if not is_wide_enough(r, x, y, mx, my, qx, qy) or not crease_is_free(edges, n, x, y, qx, qy):
         return False
     if side == PREV:
         free = triangle_is_free(edges, n, x, y, mx, my, qx, qy)
@@ -165,6 +196,8 @@ def outer_child_fits(s: Record, r: Record, edges: Edges, n: int, side: int, qx: 
         g = mirror_between(s, r, v, neighbour)
         ix = r.matrices[g, 0] * qx + r.matrices[g, 1] * qy
         iy = r.matrices[g, 2] * qx + r.matrices[g, 3] * qy
+        if not is_wide_enough(r, mx, my, ix, iy, qx, qy):
+            return False
         if side == PREV:
             free = triangle_is_free(edges, n, mx, my, ix, iy, qx, qy)
         else:
@@ -194,9 +227,13 @@ def middle_child_fits(s: Record, r: Record, edges: Edges, n: int, qx: int, qy: i
     x, y = s.xy[v, 0], s.xy[v, 1]
     ax, ay, bx, by = s.first_x - x, s.first_y - y, s.second_x - x, s.second_y - y
     dx, dy = qx - x, qy - y
-    if float(dx * dx + dy * dy) > r.max_length_sq:
+    if float(dx * dx + dy * dy) > r.max_length_sq or not is_long_enough(r, dx, dy):
         return False
     if cross(ax, ay, dx, dy) <= 0 or cross(dx, dy, bx, by) <= 0:
+        return False
+    if not (is_blunt_enough(r, ax, ay, dx, dy) and is_blunt_enough(r, dx, dy, bx, by)):
+        return False
+    if not (is_wide_enough(r, 0, 0, ax, ay, dx, dy) and is_wide_enough(r, 0, 0, dx, dy, bx, by)):
         return False
     if axis_of(r, qx, qy) != s.axis[v]:
         return False
@@ -233,6 +270,8 @@ class Middle(NamedTuple):
         |A + B|² and |A − B|² of their directions at the smallest driving angle.
     opens
         Whether the chosen mode's motion begins at the flat sheet.
+    flat
+        Whether it stays flat, in a plane with the panels beside it: there is a sector of π.
     """
 
     a_length: float
@@ -240,13 +279,14 @@ class Middle(NamedTuple):
     p_sq: float
     m_sq: float
     opens: bool
+    flat: bool
 
 
 @inlined
-def middle_of(s: Record) -> Middle:
+def middle_of(s: Record, r: Record) -> Middle:
     """The terms of the middle child, of no meaning before both outer children are chosen."""
     if s.phase == FIRST or s.phase == SECOND:
-        return Middle(0.0, 0.0, 0.0, 0.0, True)
+        return Middle(0.0, 0.0, 0.0, 0.0, True, False)
     v = s.selected
     x, y = s.xy[v, 0], s.xy[v, 1]
     ax, ay, bx, by = s.first_x - x, s.first_y - y, s.second_x - x, s.second_y - y
@@ -255,7 +295,8 @@ def middle_of(s: Record) -> Middle:
     B = lift(s.frame_next[v], 0, bx / b_length, by / b_length)
     p_sq = (A[0] + B[0]) ** 2 + (A[1] + B[1]) ** 2 + (A[2] + B[2]) ** 2
     m_sq = (A[0] - B[0]) ** 2 + (A[1] - B[1]) ** 2 + (A[2] - B[2]) ** 2
-    return Middle(a_length, b_length, p_sq, m_sq, cross(ax, ay, bx, by) != 0 or starts_flat(s, A, B))
+    flat = plane_side(s, r) >= 0
+    return Middle(a_length, b_length, p_sq, m_sq, cross(ax, ay, bx, by) != 0 or starts_flat(s, A, B), flat)
 
 
 @inlined
@@ -286,18 +327,19 @@ def location_fits(s: Record, r: Record, edges: Edges, n: int, middle: Middle, si
     dx, dy = qx - x, qy - y
     if cross(ax, ay, dx, dy) <= 0 or cross(dx, dy, bx, by) <= 0:
         return False
-    length = np.sqrt(float(dx * dx + dy * dy))
-    cos_u2 = (ax * dx + ay * dy) / (middle.a_length * length)
-    cos_u3 = (bx * dx + by * dy) / (middle.b_length * length)
-    if not triangle_slack(middle.p_sq, middle.m_sq, cos_u2, cos_u3) >= -DEGENERATE:
-        return False
+    if not middle.flat:
+        length = np.sqrt(float(dx * dx + dy * dy))
+        cos_u2 = (ax * dx + ay * dy) / (middle.a_length * length)
+        cos_u3 = (bx * dx + by * dy) / (middle.b_length * length)
+        if not triangle_slack(middle.p_sq, middle.m_sq, cos_u2, cos_u3) >= -DEGENERATE:
+            return False
     return middle_child_fits(s, r, edges, n, qx, qy)
 
 
 @kernel
 def locations(s: Record, r: Record, out: Actions) -> int:
     """Legal location actions in the three placing phases; returns their number."""
-    middle, side = middle_of(s), placing_side(s, r)
+    middle, side = middle_of(s, r), placing_side(s, r)
     if not middle.opens:
         return 0
     x, y = s.xy[s.selected, 0], s.xy[s.selected, 1]
@@ -322,25 +364,12 @@ def location_is_legal(s: Record, r: Record, qx: int, qy: int) -> bool:
     """Whether the child that is placed now may lie at q, anywhere: one candidate of :func:`locations`."""
     if abs(qx) > r.half_x or abs(qy) > r.half_y:
         return False
-    middle = middle_of(s)
+    middle = middle_of(s, r)
     if not middle.opens:
         return False
     edges = np.empty((s.n_vertices + 2, 4), np.int32)
     n = gather_edges(s, r, s.selected, edges)
     return location_fits(s, r, edges, n, middle, placing_side(s, r), qx, qy)
-
-
-@inlined
-def source_fits(s: Record, r: Record, v: int, side: int) -> bool:
-    """Whether a source may be laid between leaf v and its mirror image on that side."""
-    if side == PREV:
-        return is_own_image(s, r, v, s.prev[v]) and s.axis[v] == 0 and not same_place(s, r, s.last[v], s.prev[v])
-    return is_own_image(s, r, v, s.next[v]) and s.axis[v] == 0 and not same_place(s, r, s.first[v], s.next[v])
-
-
-@inlined
-def same_place(s: Record, r: Record, a: int, b: int) -> bool:
-    return code_x(s, r, a) == code_x(s, r, b) and code_y(s, r, a) == code_y(s, r, b)
 
 
 @kernel

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from origami_lab.game.kernels.boundary import NEXT, PREV, near_side, sector_closes, tail
+from origami_lab.game.kernels.boundary import NEXT, PREV, near_side, tail
 from origami_lab.game.kernels.boundary_sources import boundary_action, lay_boundary_source
 from origami_lab.game.kernels.extension import extend
 from origami_lab.game.kernels.legal_actions import write_legal_actions
@@ -30,6 +30,7 @@ from origami_lab.game.kernels.state import (
     point_x,
     point_y,
 )
+from origami_lab.game.kernels.straight_sectors import close_sector, lock_beside
 from origami_lab.jit import inlined, kernel
 
 Actions = NDArray[np.int32]
@@ -85,16 +86,16 @@ def play_action(s: Record, r: Record, action: int) -> None:
                 other = s.prev[v]
                 if s.locked[v] == BARE:
                     s.locked[v], s.first[v] = 0, other
-                elif not sector_closes(s, r, v, PREV):
-                    s.locked[v] = 1
+                else:
+                    close_sector(s, v, lock_beside(s, r, v, PREV))
                 lay_source(s, r, v, 0, sign)
             else:
                 v = tail(s)
                 other = s.next[v]
                 if s.locked[v] == BARE:
                     s.locked[v], s.last[v] = 0, other
-                elif not sector_closes(s, r, v, NEXT):
-                    s.locked[v] = 1
+                else:
+                    close_sector(s, v, lock_beside(s, r, v, NEXT))
                 lay_source(s, r, v, 1, sign)
             add_crease(s, 8 * v, other, sign)
             if not has_room(s):

@@ -38,8 +38,9 @@ ON_AXES, ON_BOUNDARY = 1, 2
 LARGEST_PANEL = 16
 """Most corners of a start pattern."""
 
-BARE = 2
-"""``locked`` of a leaf that no crease leads to yet: a corner between two sides that are not driven."""
+CLOSED, BARE, STRAIGHT = 1, 2, 3
+"""``locked`` of a leaf at which nothing new can fold, as an incoming sector is more than π; of one that no crease
+leads to yet, a corner between two sides that are not driven; of one with an incoming sector of exactly π."""
 
 DEFAULT_VERTICES = 320
 """Representative vertices that a state has room for."""
@@ -84,7 +85,7 @@ def state_dtype(vertices: int = DEFAULT_VERTICES, angles: int = 10) -> np.dtype[
             ("last", np.int32, (vertices,)),
             ("axis", np.int32, (vertices,)),  # the mirror that fixes the vertex, 0 if none
             ("modes", np.int8, (vertices,)),  # 0 for a leaf
-            ("locked", np.int8, (vertices,)),  # an incoming sector of π or more, or BARE
+            ("locked", np.int8, (vertices,)),  # CLOSED, BARE or STRAIGHT, 0 for most
             ("corners", np.int32, (triangles, 3)),  # codes, counter-clockwise
             ("images", np.int32, (triangles,)),
             ("creases", np.int32, (creases, 2)),  # codes
@@ -114,7 +115,11 @@ def rules_dtype(angles: int = 10) -> np.dtype[np.void]:
             ("start_mirror", np.int32),
             ("end_mirror", np.int32),
             ("max_length_sq", np.float64),
+            ("min_length_sq", np.float64),  # of a crease; 0 for no limit
+            ("min_width_sq", np.float64),  # of the triangles of panels; 0 for no limit
+            ("max_cosine", np.float64),  # of the angle between neighbouring creases of a vertex; above 1 for no limit
             ("sources", np.int32),  # where driven creases may be laid during the game
+            ("straight_sectors", np.int32),  # whether sectors may be exactly π
             ("collisions", np.int32),  # whether panels may not cross
             ("min_reach", np.int32),  # driving angles that must stay reachable
             ("start", np.int32),

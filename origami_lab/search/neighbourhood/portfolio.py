@@ -49,9 +49,13 @@ class Portfolio:
         self.length = float(settings.first_run)
         self.factor = settings.threshold
         self.best_angles: list[int] = []
+        self.runs: list[LocalRun] = []
+        """Those of the present round, or of an earlier search that is to go on."""
 
     def search(self, reference: float) -> None:
         """Rounds until the search ends; no threshold is above ``reference``, in board cells."""
+        if self.runs and not self.problem.done:
+            self.race(self.runs, min(round(self.length), self.full))
         while not self.problem.done:
             self.round(min(round(self.length), self.full), reference)
             self.length *= self.settings.growth
@@ -61,7 +65,7 @@ class Portfolio:
         problem, settings, improver = self.problem, self.settings, self.improver
         before, grown_up = problem.best_value, length >= self.full
         factor = self.factor if grown_up else self._factor_at(length)
-        runs = []
+        runs = self.runs = []
         for angle in self._angles(grown_up):
             threshold = factor * min(reference, -problem.best_value)
             run = LocalRun(angle, wide=self.draws.one() < settings.wide, threshold=threshold)
@@ -71,16 +75,21 @@ class Portfolio:
                 return
         runs.sort(key=improver.rank)
         self.best_angles = [run.angle for run in runs[: max(1, round(settings.elite_part * len(runs)))]]
+        self.race(runs, length)
+        if grown_up and not problem.best_value > before + settings.enough * abs(before):
+            self.factor = math.sqrt(self.factor)
+
+    def race(self, runs: list[LocalRun], length: int) -> None:
+        """Let the best of a round's runs, which come first, go on, and the best of all until it finds nothing more."""
+        problem, settings, improver = self.problem, self.settings, self.improver
         runs = runs[: settings.kept]
         for run in runs:
             improver.improve(run, problem.interactions + round(settings.kept_run * length))
         best = min(runs, key=improver.rank)
         patience = settings.patience * length
         improver.improve(best, problem.budget, patience)
-        if grown_up and improver.relax(best):
+        if length >= self.full and improver.relax(best):
             improver.improve(best, problem.budget, patience)
-        if grown_up and not problem.best_value > before + settings.enough * abs(before):
-            self.factor = math.sqrt(self.factor)
 
     def _factor_at(self, length: int) -> float:
         """What part of the best distance a run is to reach: more is asked of short runs."""

@@ -1,0 +1,32 @@
+"""Lengths as people write them: a number with a unit behind it."""
+
+from __future__ import annotations
+
+import math
+import re
+import sys
+from typing import Any
+
+MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
+"""Units of length by what they are."""
+LONGEST = 10_000.0
+"""Millimetres."""
+
+_AMOUNT = re.compile(r"\s*([-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-zA-Z%]*)\s*", re.ASCII)
+
+
+def split_amount(value: Any) -> tuple[float, str] | None:
+    """A finite number and the word behind it, empty for a plain number; None for anything else."""
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return (float(value), "") if -sys.float_info.max <= value <= sys.float_info.max else None
+    found = _AMOUNT.fullmatch(value) if isinstance(value, str) and len(value) < 100 else None
+    return (float(found[1]), found[2]) if found and math.isfinite(float(found[1])) else None
+
+
+def millimetres(value: Any) -> float | None:
+    """A length above 0, at most :data:`LONGEST`; a number without a unit is one of millimetres. None for the rest."""
+    found = split_amount(value)
+    if found is None or found[1] not in ("", *MILLIMETRES):
+        return None
+    length = found[0] * MILLIMETRES[found[1] or "mm"]
+    return length if 0.0 < length <= LONGEST else None
