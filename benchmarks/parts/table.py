@@ -20,6 +20,8 @@ import origami_lab
 from benchmarks.parts.shapes import PARTS, write_parts
 
 COLUMNS, PIXELS = 4, 420
+ZERO = 1e-9
+"""Of a part's size: below it a distance is rounding."""
 SURFACE = "objective.distance=surface"
 
 
@@ -78,9 +80,10 @@ def table(folder: Path) -> str:
     ]
     for name in PARTS:
         if (found := row(folder, name)) is not None:
+            best, mean = (0.0 if found[key] < ZERO * found["size"] else found[key] for key in ("best", "mean"))
             lines.append(
-                f"| {name} | {found['start']} | {found['symmetry']} | {found['cell']:.4g} mm | {found['best']:.3g} mm"
-                f" | {found['mean']:.3g} mm | {100 * found['best'] / found['size']:.2g} | {found['panels']}"
+                f"| {name} | {found['start']} | {found['symmetry']} | {found['cell']:.4g} mm | {best:.3g} mm"
+                f" | {mean:.3g} mm | {100 * best / found['size']:.2g} | {found['panels']}"
                 f" | {found['seconds']:.0f} | {found['seeds']} × {found['budget']:,} |"
             )
     return "\n".join(lines)
