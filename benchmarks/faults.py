@@ -27,6 +27,7 @@ from benchmarks.disks import disks
 from benchmarks.faulty import WAYS
 from benchmarks.runs import (
     LONG,
+    ROOT,
     SEEDS,
     SMALL,
     UNTRACKED,
@@ -43,7 +44,7 @@ from benchmarks.runs import (
 KILLS = 30
 MEMORY = 8 * 2**30
 LIMIT_SECONDS = 3
-OBJECTIVE = "# @package _global_\ntask: faulty\nobjective:\n  _target_: benchmarks.faulty.Faulty\n  how: ???\n"
+OBJECTIVE = "# @package _global_\ntask: faulty\nobjective:\n  _target_: faulty.Faulty\n  how: ???\n"
 OBJECTIVE += "  where: score\n  once: ???\n"
 
 # --- kill -9 ----------------------------------------------------------------------------------------------------------
@@ -186,6 +187,7 @@ def objectives(place: Path, report: Report) -> None:
     file = place / "conf/objective/faulty.yaml"
     file.parent.mkdir(parents=True)
     file.write_text(OBJECTIVE, encoding="utf-8")
+    shutil.copy(ROOT / "benchmarks/faulty.py", place)  # what lies where the command is typed is trusted
     for number, how in enumerate(WAYS):
         _bad_objective(place, report, f"objective-{number}", how, "score")
     for number, how in enumerate(("raises", "returns None", "returns NaN", "blocks for ever in C")):
@@ -224,9 +226,10 @@ def searchers(place: Path, report: Report) -> None:
     """A searcher that never ends of itself."""
     report.add("", "## A searcher that never asks whether it is done", "")
     report.table("it ends by", "exit code", "interactions", "trials.csv")
+    shutil.copy(ROOT / "tests/experiment/fakes.py", place)
     for name, budget, wanted in (("its budget", "400", 0), ("Ctrl-C", "1e9", 130)):
         folder = f"endless-{wanted}"
-        own = ["target=pyramid", "search=rdm", "search._target_=tests.experiment.fakes.Endless", UNTRACKED]
+        own = ["target=pyramid", "search=rdm", "search._target_=fakes.Endless", UNTRACKED]
         own += [f"budget={budget}"]
         run = start(place, [*own, f"output={folder}"])
         if wanted:

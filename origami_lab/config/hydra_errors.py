@@ -132,6 +132,7 @@ def _unknown(key: str, arguments: Sequence[str], known_keys: Iterable[str]) -> I
     group, _, name = key.partition(".")
     if name and group in groups():
         owners = [option for option in options_of(groups()[group]) if has_key(groups()[group] / f"{option}.yaml", name)]
+        owners.sort(key=lambda option: option == "auto")  # which is of no use by itself
         if owners:
             either = " or ".join(f"{group}={option}" for option in owners)
             return InputError(key, value, f"is a key of {either} only: {group}={owners[0]} {key}={value}")

@@ -101,6 +101,8 @@ def _chosen(values: Node, wanted: list[str]) -> tuple[dict[str, Any], tuple[str,
     start = chosen["start"]
     if not {"start.size", "start.position"} <= set(wanted):  # another pattern, or a size or a place of a square
         start = {**values["start"], **{key.removeprefix("start."): BY_HAND[key] for key in wanted if "start." in key}}
+    elif "symmetry.name" not in wanted and not _has(start, str(_get(values, "symmetry.name"))):
+        start = {"_target_": "origami_lab.game.Square", "size": BY_HAND["start.size"], "position": None}
     chosen |= {key: BY_HAND[key] for key in wanted if key.startswith("start.")}
     board = [_get(values, key) if key not in wanted else chosen[key] for key in ("board.width", "board.height")]
     chosen["symmetry.name"] = _symmetry(part.setup.symmetry, start, board[0] == board[1])
@@ -139,18 +141,22 @@ def settings_of(part: PartAnalysis) -> dict[str, Any]:
 
 def _symmetry(own: str, start: Node, square_board: bool) -> str:
     """The largest group of the part that the board and the start pattern have, too."""
-    kind = getattr(start_patterns, str(start.get("_target_")).rpartition(".")[2], None)
     for name in (own, *GROUPS_BELOW.get(own, ())):
-        if name == "xyd" and not square_board:
-            continue
-        if kind not in (start_patterns.Crease, start_patterns.Panel):
+        if not (name == "xyd" and not square_board) and _has(start, name):
             return name
-        try:
-            kind(**{key: value for key, value in start.items() if key != "_target_"}).check_symmetry(name)
-        except (InputError, TypeError):
-            continue
-        return name
     return "none"
+
+
+def _has(start: Node, symmetry: str) -> bool:
+    """Whether a start pattern has a symmetry; squares about the middle have all."""
+    kind = getattr(start_patterns, str(start.get("_target_")).rpartition(".")[2], None)
+    if kind not in (start_patterns.Crease, start_patterns.Panel):
+        return True
+    try:
+        kind(**{key: value for key, value in start.items() if key != "_target_"}).check_symmetry(symmetry)
+    except (InputError, TypeError, KeyError):
+        return False
+    return True
 
 
 def _begun(values: Node) -> dict[str, Any] | None:

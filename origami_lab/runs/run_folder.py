@@ -152,10 +152,7 @@ class RunFolder:
             )
 
     def clear_leftovers(self) -> None:
-        """Remove what a killed process was writing, and checkpoints of finished trials.
-
-        A stopped trial that was being replaced comes back.
-        """
+        """Remove what killed processes left, checkpoints of finished trials, too. A stopped trial comes back."""
         with suppress(OSError):
             remove_checkpoints(self.path, lambda seed: any(row.spent_budget for row in self.rows([seed]).values()))
             for leftover in [file for file in self.path.iterdir() if _LEFTOVER.fullmatch(file.name)]:
@@ -397,8 +394,7 @@ def write_note(folder: Path, content: Mapping[str, Any]) -> None:
 
 def read_summary(folder: Path) -> dict[str, Any]:
     """The contents of summary.json; {} if there is none."""
-    try:
+    content: object = None
+    with suppress(OSError, ValueError):
         content = read_json(folder / SUMMARY)
-    except (OSError, ValueError):
-        return {}
     return content if isinstance(content, dict) else {}

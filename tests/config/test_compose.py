@@ -62,9 +62,10 @@ def mesh(tmp_path: Path) -> Path:
 @pytest.mark.parametrize(("group", "option"), OPTIONS, ids=[f"{group}={option}" for group, option in OPTIONS])
 def test_every_option_becomes_objects(group: str, option: str, mesh: Path) -> None:
     overrides = [f"{group}={option}"]
+    by_part = option == "auto"
     if group != "target":
-        overrides.append("target=cube")
-    if option == "mesh":
+        overrides.append("target=mesh" if by_part else "target=cube")
+    if option == "mesh" or by_part:
         overrides.append(f"target.path={mesh}")
     if option in ("crease", "centre_crease", "chair"):
         overrides.append("symmetry=y")

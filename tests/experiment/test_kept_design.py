@@ -36,7 +36,7 @@ from tests.sweep.conftest import declare, play_here, write_file
 CONF = Path(__file__).parent / "conf"
 CARELESS = (
     *("objective=height", "search=careless", "board=13x13", "symmetry=none", "budget=6000"),
-    *("driving_angle.count=2", "driving_angle.max=60"),
+    *("driving_angle.count=2", "driving_angle.max=60", "straight_sectors=false"),
 )
 """A search whose better designs pass through themselves between two driving angles."""
 TRUSTED = "trust=origami-lab"

@@ -10,7 +10,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml  # type: ignore[import-untyped]
 
+from origami_lab.config.compose import compose_settings, working_directory_importable
 from tests.old_runs.conftest import command, recorded_trial, unpack
 from tests.old_runs.make_fixtures import COMMANDS, PYRAMID, QUICK
 
@@ -34,7 +36,7 @@ def test_old_and_new_trials_are_one_group(here: Path) -> None:
     assert cells(here / "report") == {("bfts", "pyramid"): (3, pytest.approx(sum(returns) / 3, abs=1e-9))}
 
 
-def test_every_old_name_is_the_new_one(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_old_name_is_the_new_one(here: Path) -> None:
     """Beside each old run lies the same with other seeds, under the configuration that its command composes today.
 
     If an old name did not count as the new one, the two would be two groups.
@@ -42,7 +44,8 @@ def test_every_old_name_is_the_new_one(here: Path, capsys: pytest.CaptureFixture
     evolution = ("search.population=24", "search.rescale=true")
     commands = dict(COMMANDS)
     commands |= {f"jobs/{job}": (f"objective={job}", "search=rdm", "budget=12000") for job in ("bucket", "packaging")}
-    # whose rule is another today
+    # whose rules are others today
+    commands["part"] += ("target.translate=[0,0,0]", "objective.distance=vertex")
     commands["jobs/bucket"] += ("objective.norm_of=leaves",)
     commands |= {"sweep/trials/0000": ("objective=table", "search=evo", "budget=1000", *evolution)}
     unpack(here, "killed", "jobs", "sweep", *COMMANDS)
@@ -53,10 +56,12 @@ def test_every_old_name_is_the_new_one(here: Path, capsys: pytest.CaptureFixture
             file.unlink()  # to draw all of them would take most of the time
         shutil.copytree(old, new)
         change_seeds(new)
-        capsys.readouterr()
         words = tuple(word.replace(".path=", f".path={here}/") for word in words)  # as a run notes it
-        assert command(*words, *QUICK, "straight_sectors=false", f"seed={LATER}", "--cfg", "job", "--resolve") == 0
-        (new / "config.yaml").write_text(capsys.readouterr().out, encoding="utf-8")
+        folder = here / words[1] if words[0] == "--config-dir" else None
+        overrides = [*words[2 if folder else 0 :], *QUICK, "straight_sectors=false", f"seed={LATER}"]
+        with working_directory_importable():
+            today = compose_settings(overrides, folder).config
+        (new / "config.yaml").write_text(yaml.safe_dump(dict(today)), encoding="utf-8")
 
     assert command("report", "old", "new", "--output", "report") == 0
     runs = [[recorded_trial(trial)["return"] for trial in (here / name).glob("seed=*")] for name in commands]

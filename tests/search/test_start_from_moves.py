@@ -86,7 +86,7 @@ def test_refused_designs_are_cut_on_the_way_to_them(method: type[TreeSearch], mo
     monkeypatch.setattr(
         "origami_lab.search.problem.certified_reach", lambda game, actions, reach, scratch: min(reach, three)
     )
-    game = Game(13, "y", FromFile("chair"), max_crease_length=4)
+    game = Game(13, "y", FromFile("chair"), max_crease_length=4, straight_sectors=False)
     problem = Problem(game, Highest(), 3000)
     method(restarts=2).search(problem, np.random.default_rng(0))
     outcome = problem.outcome()

@@ -17,6 +17,7 @@ from origami_lab.config.settings import read_settings
 from origami_lab.config.warnings import remarks
 from origami_lab.errors import InputError
 from origami_lab.export.folded_mesh import write_mesh
+from origami_lab.file_names import FOLDER_FORMAT
 from origami_lab.fold_format.writer import as_fold_file
 from origami_lab.runs.run_folder import RunFolder
 from origami_lab.sweep.studies import SearchJob
@@ -92,12 +93,13 @@ def test_only_our_meshes_are_touched() -> None:
 
 def test_a_run_goes_on_as_it_began(folder: Path) -> None:
     now = settings("target=mesh", f"target.path={folder / 'bar.glb'}")
-    before = {"target": {key: value for key, value in now.config["target"].items() if key != "up"}}
+    today = {"folder_format": FOLDER_FORMAT}
+    before = today | {"target": {key: value for key, value in now.config["target"].items() if key != "up"}}
     kept = like_begun(now, before)
     assert kept.target == {**before["target"], "up": None}
     assert kept.config["target"] == kept.config["objective"]["target"] == before["target"]
     for begun in ({}, {"target": None}, {"target": now.config["target"]}, {"target": {"_target_": "mine.mesh"}}):
-        assert like_begun(now, begun) == now
+        assert like_begun(now, today | begun) == now
     bowl = settings("target=bowl")
     assert like_begun(bowl, before) == bowl
 
