@@ -52,6 +52,8 @@ def row(folder: Path, name: str) -> dict[str, Any] | None:
     corners = PARTS[name]().reshape(-1, 3)
     size = float(np.linalg.norm(np.ptp(corners, axis=0)))
     found = np.array([-row["return_surface"] for row in rows]) * millimetres
+    if not found.size:
+        return None
     best = int(np.argmin(found))
     return {
         "part": name,
@@ -101,7 +103,8 @@ def contact_sheet(folder: Path, file: Path) -> None:
         image = Image.open(picture).convert("RGB")
         image.thumbnail((PIXELS, PIXELS))
         sheet.paste(image, (x + (PIXELS - image.width) // 2, y))
-        draw.text((x + 12, y + PIXELS + 4), f"{one['part']}: {one['best']:.2g} mm of {one['size']:.0f}", fill="black")
+        best = round(one["best"], 6)  # what rounding leaves is 0
+        draw.text((x + 12, y + PIXELS + 4), f"{one['part']}: {best:.2g} mm of {one['size']:.0f}", fill="black")
     sheet.save(file)
 
 

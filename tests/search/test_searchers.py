@@ -45,6 +45,12 @@ def searcher(request: pytest.FixtureRequest) -> Searcher:
     return SEARCHERS[request.param]()
 
 
+def search(searcher: Searcher, problem: Problem, seed: int) -> None:
+    """As a run does it: a searcher may play until it is told that the search has ended."""
+    with suppress(SearchEnded):
+        searcher.search(problem, np.random.default_rng(seed))
+
+
 def cube_problem(budget: int, **options: object) -> Problem:
     return Problem(Game(9, "xy", Square(1), max_crease_length=2), ShapeObjective(cube()), budget, **options)
 
@@ -53,18 +59,18 @@ def test_same_seed_same_bits(searcher: Searcher) -> None:
     outcomes = []
     for _ in range(2):
         problem = cube_problem(3000)
-        searcher.search(problem, np.random.default_rng(5))
+        search(searcher, problem, 5)
         outcomes.append(problem.outcome())
     assert outcomes[0] == outcomes[1]
     other = cube_problem(3000)
-    searcher.search(other, np.random.default_rng(6))
+    search(searcher, other, 6)
     assert other.outcome() != outcomes[0]
 
 
 @pytest.mark.parametrize("budget", [1, 7, 1001])
 def test_the_budget_is_spent_exactly(searcher: Searcher, budget: int) -> None:
     problem = cube_problem(budget)
-    searcher.search(problem, np.random.default_rng(0))
+    search(searcher, problem, 0)
     assert problem.outcome().interactions == budget
 
 
@@ -78,7 +84,7 @@ def test_a_smaller_budget_finds_what_a_larger_one_finds_first(searcher: Searcher
             searcher = type(searcher)(restarts=budget // 1000)
         if isinstance(searcher, NeighbourhoodSearch):
             searcher = NeighbourhoodSearch(run=100 / budget)
-        searcher.search(problem, np.random.default_rng(4))
+        search(searcher, problem, 4)
         found.append(problem.outcome())
     early = [improvement for improvement in found[1].improvements if improvement.interaction <= budgets[0]]
     assert list(found[0].improvements) == early
@@ -87,11 +93,11 @@ def test_a_smaller_budget_finds_what_a_larger_one_finds_first(searcher: Searcher
 
 def test_a_goal_ends_the_search_where_it_is_reached(searcher: Searcher) -> None:
     whole = cube_problem(3000)
-    searcher.search(whole, np.random.default_rng(5))
+    search(searcher, whole, 5)
     for goal in (whole.improvements[0].value, whole.improvements[len(whole.improvements) // 2].value):
         problem = cube_problem(3000, goal=goal)
         with suppress(SearchEnded):
-            searcher.search(problem, np.random.default_rng(5))
+            search(searcher, problem, 5)
         reached = next(number for number, step in enumerate(whole.improvements) if step.value >= goal)
         assert problem.done
         assert problem.improvements[: reached + 1] == whole.improvements[: reached + 1]
@@ -100,10 +106,10 @@ def test_a_goal_ends_the_search_where_it_is_reached(searcher: Searcher) -> None:
 
 def test_a_search_that_goes_on_counts_and_exceeds_what_was_there(searcher: Searcher) -> None:
     before = cube_problem(2000)
-    searcher.search(before, np.random.default_rng(5))
+    search(searcher, before, 5)
     begun = before.outcome()
     problem = cube_problem(3500, begun=begun)
-    searcher.search(problem, np.random.default_rng(6))
+    search(searcher, problem, 6)
     after = problem.outcome()
     assert after.interactions == 3500
     assert after.improvements[: len(begun.improvements)] == begun.improvements
@@ -125,7 +131,7 @@ def test_only_legal_actions_are_played(searcher: Searcher) -> None:
             return -float(len(sheet.flat))
 
     problem = Problem(Game(9, "xy", Square("choose"), max_crease_length=2.9), Recording(), 1500)
-    searcher.search(problem, np.random.default_rng(0))
+    search(searcher, problem, 0)
     assert len(set(scored)) > 20
 
 
@@ -141,7 +147,7 @@ def test_abstract_objectives_are_searched_with_a_bound_and_without(searcher: Sea
             return evaluator.score(sheet.states, evaluator.new_memos(1), sheet.index)
 
     problem = Problem(game, objective if bounded else Plain(), 4000)
-    searcher.search(problem, np.random.default_rng(1))
+    search(searcher, problem, 1)
     outcome = problem.outcome()
     assert outcome.interactions == 4000
     assert outcome.value > 0
@@ -154,7 +160,7 @@ def test_abstract_objectives_are_searched_with_a_bound_and_without(searcher: Sea
 def test_boards_need_not_be_square(searcher: Searcher, width: int, height: int) -> None:
     game = Game(symmetry="xy", start=Square("choose"), board_width=width, board_height=height, max_crease_length=4)
     problem = Problem(game, ShapeObjective(cube()), 2500)
-    searcher.search(problem, np.random.default_rng(0))
+    search(searcher, problem, 0)
     outcome = problem.outcome()
     assert outcome.succeeded
     x, y = np.abs(game.design(outcome.actions, outcome.angle).vertices).max(axis=0)
@@ -177,7 +183,7 @@ def test_start_patterns_and_sources_may_be_placed_anywhere(searcher: Searcher, n
         symmetry=symmetry, start=start, board_width=9, board_height=11, max_crease_length=4, source_action="boundary"
     )
     problem = Problem(game, ShapeObjective(cube()), 1500)
-    searcher.search(problem, np.random.default_rng(0))
+    search(searcher, problem, 0)
     outcome = problem.outcome()
     assert problem.interactions == 1500
     assert outcome.succeeded
@@ -189,13 +195,13 @@ def test_start_patterns_and_sources_may_be_placed_anywhere(searcher: Searcher, n
 def test_an_exhausted_tree_starts_anew(searcher: Searcher) -> None:
     """On 5×5 with a unit square and crease length 1 there is hardly anything to search."""
     problem = Problem(Game(5, "xyd", Square(1), max_crease_length=1), ShapeObjective(cube()), 2000)
-    searcher.search(problem, np.random.default_rng(0))
+    search(searcher, problem, 0)
     assert problem.interactions == 2000
 
 
 def test_the_best_replays_to_its_return(searcher: Searcher) -> None:
     problem = cube_problem(4000)
-    searcher.search(problem, np.random.default_rng(1))
+    search(searcher, problem, 1)
     outcome = problem.outcome()
     assert outcome.succeeded
     states = problem.game.replay(outcome.actions)  # raises on an illegal action
@@ -208,7 +214,7 @@ def test_the_best_replays_to_its_return(searcher: Searcher) -> None:
 
 def test_improvements_are_reported_as_they_come(searcher: Searcher) -> None:
     problem = cube_problem(4000)
-    searcher.search(problem, np.random.default_rng(2))
+    search(searcher, problem, 2)
     outcome = problem.outcome()
     values = [improvement.value for improvement in outcome.improvements]
     times = [improvement.interaction for improvement in outcome.improvements]
@@ -225,7 +231,7 @@ def test_stops_when_asked_with_the_best_so_far(searcher: Searcher) -> None:
         return len(looks) > 3
 
     problem = cube_problem(10_000_000, should_stop=stop)
-    searcher.search(problem, np.random.default_rng(0))
+    search(searcher, problem, 0)
     assert 0 < problem.interactions < 10_000_000
     problem.outcome()
 
@@ -235,7 +241,7 @@ def test_watching_changes_nothing(searcher: Searcher) -> None:
     outcomes = []
     for watch in (None, lambda problem: seen.append(problem.interactions)):
         problem = cube_problem(3000, on_progress=watch)
-        searcher.search(problem, np.random.default_rng(3))
+        search(searcher, problem, 3)
         outcomes.append(problem.outcome())
     assert outcomes[0] == outcomes[1]
     assert seen
@@ -247,7 +253,7 @@ def test_a_run_without_success_returns_the_start_pattern(searcher: Searcher) -> 
             return -math.inf
 
     problem = Problem(Game(9, "xy", Square(1)), Never(), 300)
-    searcher.search(problem, np.random.default_rng(0))
+    search(searcher, problem, 0)
     outcome = problem.outcome()
     assert not outcome.succeeded
     assert outcome.angle == -1
@@ -259,7 +265,7 @@ def test_incumbents_are_free_of_collisions_between_the_angles(searcher: Searcher
     """By the dense check, replayed from the actions alone."""
     game = Game(13, "xyd", Square("choose"), max_crease_length=2.9)
     problem = Problem(game, ShapeObjective(bowl()), 6000)
-    searcher.search(problem, np.random.default_rng(0))
+    search(searcher, problem, 0)
     for improvement in problem.improvements:
         assert certified_reach(game, improvement.actions, improvement.angle + 1, sub_steps=10) == improvement.angle + 1
 
