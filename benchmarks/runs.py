@@ -25,7 +25,7 @@ from tests.small_runs import TIMINGS
 ROOT = Path(__file__).parents[1]
 TRIAL_FILES = {
     *("best.fold", "motion.fold", "actions.json", "curve.csv", "result.json"),
-    *("pattern.png", "folded.png", "motion.gif", "pattern.svg", "best.html", "certificate.json"),
+    *("pattern.png", "folded.png", "motion.gif", "pattern.svg", "best.html", "certificate.json", "search.npz"),
 }
 FOLDER_FILES = {"config.yaml", "target.ply", "trials.csv", "summary.json", "tracking.json"}
 PATIENCE = 300.0
