@@ -18,6 +18,7 @@ from typing import Any
 from omegaconf import OmegaConf
 from PIL import Image
 
+from origami_lab.file_names import STATE
 from origami_lab.runs.run_folder import RunFolder
 from origami_lab.runs.trial_row import read_trials
 from tests.small_runs import TIMINGS
@@ -25,7 +26,7 @@ from tests.small_runs import TIMINGS
 ROOT = Path(__file__).parents[1]
 TRIAL_FILES = {
     *("best.fold", "motion.fold", "actions.json", "curve.csv", "result.json"),
-    *("pattern.png", "folded.png", "motion.gif", "pattern.svg", "best.html", "certificate.json", "search.npz"),
+    *("pattern.png", "folded.png", "motion.gif", "pattern.svg", "best.html", "certificate.json", STATE),
 }
 FOLDER_FILES = {"config.yaml", "target.ply", "trials.csv", "summary.json", "tracking.json"}
 PATIENCE = 300.0
@@ -143,8 +144,8 @@ def defects(folder: Path, tidy: bool = True) -> list[str]:
         if path.name.startswith("."):
             found += [f"{path.name} is left over"] if tidy else []
         elif path.is_dir():
-            names = {file.name for file in path.iterdir()}
-            found += [f"{path.name} holds {sorted(names)}"] if names != TRIAL_FILES else []
+            names = {file.name for file in path.iterdir()}  # a trial that was stopped has no state to go on from
+            found += [f"{path.name} holds {sorted(names)}"] if names | {STATE} != TRIAL_FILES else []
             found += _unreadable(path)
         elif path.name not in FOLDER_FILES and not path.name.endswith(".error.txt"):
             found.append(f"{path.name} should not be there")
