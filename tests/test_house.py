@@ -79,6 +79,13 @@ def test_a_package_exports_what_its_stub_says() -> None:
         assert sorted(ast.literal_eval(listed)) == sorted(imported), stub
 
 
+def test_a_command_starts_its_worker_before_it_imports_kernels() -> None:
+    """They take as long as all else until then, and the worker can import them meanwhile."""
+    program = "import sys, origami_lab.experiment.api; sys.exit(bool({'numba', 'scipy'} & sys.modules.keys()))"
+    done = subprocess.run([sys.executable, "-c", program], check=False, cwd=ROOT, env={"PYTHONPATH": str(ROOT)})
+    assert done.returncode == 0
+
+
 @pytest.mark.slow
 def test_importing_searchers_brings_no_learner_and_compiles_nothing(tmp_path: Path) -> None:
     program = """

@@ -18,10 +18,8 @@ from origami_lab.config.node import Node
 from origami_lab.errors import InputError
 from origami_lab.file_names import CONFIG
 from origami_lab.files import expanded
-from origami_lab.game import start_patterns
 from origami_lab.lengths import millimetres
 from origami_lab.targets.mesh_reader import millimetres_per_unit
-from origami_lab.targets.mesh_target import MOST_FACES, check_settings
 
 if TYPE_CHECKING:
     from origami_lab.parts.analysis import PartAnalysis
@@ -77,6 +75,7 @@ def _chosen(values: Node, wanted: list[str]) -> tuple[dict[str, Any], tuple[str,
     """What the analysis of the part says, for the settings that are auto."""
     from origami_lab.parts.analysis import analyse_part  # here: only a mesh needs it
     from origami_lab.parts.words import summary_lines
+    from origami_lab.targets.mesh_target import MOST_FACES, check_settings
 
     target = resolved_up(values["target"])
     given = {key: None if target.get(key) == AUTO else target.get(key) for key in ("rotate", "scale")}
@@ -149,6 +148,8 @@ def _symmetry(own: str, start: Node, square_board: bool) -> str:
 
 def _has(start: Node, symmetry: str) -> bool:
     """Whether a start pattern has a symmetry; squares about the middle have all."""
+    from origami_lab.game import start_patterns  # here: it brings kernels
+
     kind = getattr(start_patterns, str(start.get("_target_")).rpartition(".")[2], None)
     if kind not in (start_patterns.Crease, start_patterns.Panel):
         return True
