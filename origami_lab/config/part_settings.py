@@ -10,8 +10,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import yaml  # type: ignore[import-untyped]
-
+from origami_lab.config.config_file import read_config_file
 from origami_lab.config.earlier_versions import as_of_today
 from origami_lab.config.mesh_axis import is_mesh, resolved_up, with_target
 from origami_lab.config.node import Node
@@ -164,12 +163,11 @@ def _begun(values: Node) -> dict[str, Any] | None:
     """The configuration of the run that is to go on; None if there is none, or none that can be read."""
     if values.get("resume") is not True or not isinstance(values.get("output"), str):
         return None
-    file = Path(expanded(values["output"])) / CONFIG
     try:
-        found = yaml.safe_load(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError, yaml.YAMLError):
+        found = read_config_file("output", Path(expanded(values["output"])) / CONFIG)
+    except InputError:  # the run folder says so
         return None
-    return as_of_today(found) if isinstance(found, dict) and is_mesh(found.get("target")) else None
+    return as_of_today(found) if is_mesh(found.get("target")) else None
 
 
 def _get(values: Node, key: str) -> Any:

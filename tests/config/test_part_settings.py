@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import os
 from pathlib import Path
 
 import pytest
@@ -148,3 +150,22 @@ def test_a_sheet_makes_the_part_as_large_as_there_is_room(bracket: Path) -> None
 def test_a_cell_that_is_larger_than_the_part_is_refused_in_one_line(bracket: Path) -> None:
     with pytest.raises(InputError, match=r"^(cell|target\.scale)="):
         laid(bracket, "cell=9000mm")
+
+
+@pytest.mark.parametrize("kind", ["pipe", "folder", "bomb"])
+def test_a_configuration_that_is_none_is_left_to_the_run_folder_to_refuse(
+    bracket: Path, tmp_path: Path, kind: str
+) -> None:
+    """It is neither waited for nor unfolded here."""
+    file = tmp_path / "on/config.yaml"
+    file.parent.mkdir()
+    if kind == "pipe":
+        os.mkfifo(file)
+    elif kind == "folder":
+        file.mkdir()
+    else:
+        names = [f"n{k}" for k in range(40)]
+        lines = [f"{b}: &{b} [*{a}, *{a}]" for a, b in itertools.pairwise(names)]
+        file.write_text("\n".join(["n0: &n0 [1]", *lines]) + "\n")
+    found = settings(bracket, "resume=true", f"output={file.parent}")
+    assert found.config["target"]["scale"] == pytest.approx(0.1)
