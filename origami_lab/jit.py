@@ -20,6 +20,7 @@ from typing import Any, TypeVar, cast
 
 import numba
 from numba.core.event import Listener, install_listener
+from numba.extending import overload
 
 from origami_lab.caches import kernel_cache
 
@@ -35,6 +36,7 @@ def cache_folder() -> Path | None:
         return None
     package = Path(__file__).parent
     digest = hashlib.sha256(numba.__version__.encode())
+    digest.update(Path(__file__).read_bytes())
     for layer in _WITH_KERNELS:
         for file in sorted((package / layer).rglob("*.py")):
             digest.update(file.name.encode())
@@ -61,6 +63,14 @@ def kernel(function: F) -> F:
 def inlined(function: F) -> F:
     """Like :func:`kernel` for small helpers of the hot loops, which LLVM shall inline."""
     return cast(F, numba.njit(cache=_IS_KEPT, error_model="numpy", forceinline=True)(function))
+
+
+def compiled_as(function: Callable[..., Any]) -> Callable[[F], F]:
+    """Decorator of what says, from the types of the arguments, which code ``function`` is inside kernels.
+
+    It returns a function with the same parameters; plain Python runs ``function`` itself.
+    """
+    return cast(Callable[[F], F], overload(function, jit_options={"error_model": "numpy"}, strict=False))
 
 
 class CompileClock(Listener):  # type: ignore[misc]

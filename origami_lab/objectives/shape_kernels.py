@@ -257,20 +257,12 @@ def uncovered_of(
 
 @kernel
 def vertex_distance(
-    states: States,
-    i: int,
-    rules: States,
-    memos: States,
-    samples: Bvh,
-    draws: Array,
-    enough: float,
-    hint: NDArray[np.int64],
+    s: Record, r: Record, memo: Record, samples: Bvh, draws: Array, enough: float, hint: NDArray[np.int64]
 ) -> tuple[float, int]:
     """The smallest max(d→, d←) + penalty over the usable angles and its index, if below ``enough``; else (inf, −1).
 
     d→ must have been measured by :func:`stray` with the same ``enough``.
     """
-    s, r, memo = states[i], rules[0], memos[i]
     best, angle = enough, -1
     if s.n_triangles == 0:
         return np.inf, -1
@@ -294,14 +286,7 @@ def vertex_distance(
 
 @kernel
 def least_distance(
-    states: States,
-    i: int,
-    rules: States,
-    memos: States,
-    target: Surface,
-    samples: Bvh,
-    draws: Array,
-    hint: NDArray[np.int64],
+    s: Record, r: Record, memo: Record, target: Surface, samples: Bvh, draws: Array, hint: NDArray[np.int64]
 ) -> float:
     """The smallest max(d→, d←) over the usable angles, infinite if there is none; compactness is left out.
 
@@ -309,7 +294,6 @@ def least_distance(
     least is looked at: its next vertex, from the last one back, as the outer ones stray most; then its d←. Vertices
     that the memo has no d→ of need not be measured before, and it stays as it is.
     """
-    s, r, memo = states[i], rules[0], memos[i]
     first, best = r.min_reach - 1, np.inf
     if s.n_triangles == 0 or s.reach <= first:
         return best

@@ -1,7 +1,8 @@
-"""The walk of DFTS and BFTS over the game tree, compiled: all of it but scoring.
+"""The walk of DFTS and BFTS over the game tree, compiled.
 
 One state is played on and back (:mod:`origami_lab.game.kernels.undo`); a node is the position at a depth, with its
-sampled children. The walk stops whenever there is something that only the caller can do, and goes on from there.
+sampled children. The walk stops whenever there is something that only the caller can do, and goes on from there: an
+episode whose score is not compiled, or may be the best.
 """
 
 from __future__ import annotations
@@ -10,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.game.kernels.play import settle
-from origami_lab.game.kernels.state import FIRST, SELECTION, States
+from origami_lab.game.kernels.state import FIRST, SELECTION, States, is_penalised
 from origami_lab.game.kernels.undo import Notes, play_noted, restore
 from origami_lab.jit import kernel
+from origami_lab.objectives.compiled_score import CompiledScore, best_in_kernel
 from origami_lab.objectives.inside_moves import stray_inside
 from origami_lab.objectives.objective import Memos
 from origami_lab.objectives.shape_kernels import Surface, stray
@@ -50,6 +52,19 @@ def sort_children(children: Actions, bounds: NDArray[np.float64], count: int) ->
 
 
 @kernel
+def is_no_better(
+    states: States, rules: States, memos: Memos, depth: int, score: CompiledScore | None, best: float
+) -> bool:
+    """Whether the episode that has ended on the first state is known to have no return above the best one.
+
+    Its notes are at ``depth``.
+    """
+    if score is None:
+        return False
+    return is_penalised(states[0], rules[0]) or best_in_kernel(states, 0, rules, memos, depth, score, best)[1] < 0
+
+
+@kernel
 def walk(
     states: States,
     rules: States,
@@ -62,6 +77,7 @@ def walk(
     best_first: bool,
     target: Surface | None,
     inside_moves: bool,
+    score: CompiledScore | None,
     draws: NDArray[np.float64],
     used: int,
     depth: int,
@@ -69,7 +85,7 @@ def walk(
     given: float,
     best: float,
     limit: int,
-) -> tuple[int, int, int, int]:
+) -> tuple[int, int, int, int, int]:
     """Walk on until there is something to be done elsewhere.
 
     Parameters
@@ -85,6 +101,8 @@ def walk(
         What positions are bounded with; None to ask the caller.
     inside_moves
         Whether the places of chosen outer children bound an extension that is not complete; not without ``target``.
+    score
+        What says that an ended episode is no better than ``best``, the best return so far; None to ask the caller.
     draws, used
         Random numbers, and how many of them are used up.
     depth, how, given
@@ -101,12 +119,12 @@ def walk(
         EXHAUSTED: the tree is searched. PAUSED: the limit is reached, or more draws or room for more depth are needed.
         ENDED, UNBOUNDED: a child of the node at ``depth`` is on the board, and its episode has ended, or it has
         completed a move.
-    depth, used, played
-        Depth of the node, draws used, interactions played.
+    depth, used, played, ended
+        Depth of the node, draws used, interactions played, episodes that have ended and are no better.
     """
     s, r = states[0], rules[0]
     width = children.shape[1]
-    played = 0
+    played = ended = 0
     if how == START:
         n = settle(s, r, legal)
         depth = 0
@@ -121,7 +139,7 @@ def walk(
             n, bound = settle(s, r, legal), given
             child, enter = node[TRIED] - 1, not best_first
         elif played >= limit or draws.shape[0] - used < width or depth + 2 >= memos.shape[0]:
-            return PAUSED, depth, used, played
+            return PAUSED, depth, used, played, ended
         elif own > best and node[TRIED] < node[COUNT]:
             child, enter = node[TRIED], not best_first
             node[TRIED] += 1
@@ -131,10 +149,14 @@ def walk(
             bound = own
             if n == 0:
                 bounds[depth, child] = -np.inf
-                return ENDED, depth, used, played
+                if is_no_better(states, rules, memos, depth + 1, score, best):
+                    ended += 1
+                    restore(s, notes[depth])
+                    continue
+                return ENDED, depth, used, played, ended
             if s.phase == SELECTION:
                 if target is None:
-                    return UNBOUNDED, depth, used, played
+                    return UNBOUNDED, depth, used, played, ended
                 else:
                     bound = -stray(s, r, memos[depth + 1], target, -best)
             elif inside_moves and s.phase > FIRST:
@@ -146,6 +168,9 @@ def walk(
             child, enter = node[ENTERED], True
             node[ENTERED] += 1
             bound = min(bounds[depth, child], own)
+            if bound <= best:
+                node[ENTERED] = node[COUNT]  # nor are the bounds of those after it
+                continue
             n = play_noted(s, r, children[depth, child], notes[depth], legal)
             memos[depth + 1] = memos[depth]
         elif depth > 0:
@@ -153,7 +178,7 @@ def walk(
             restore(s, notes[depth])
             continue
         else:
-            return EXHAUSTED, depth, used, played
+            return EXHAUSTED, depth, used, played, ended
         if enter and bound > best:
             depth += 1
             bounds[depth, width] = bound

@@ -121,6 +121,7 @@ def rules_dtype(angles: int = 10) -> np.dtype[np.void]:
             ("sources", np.int32),  # where driven creases may be laid during the game
             ("straight_sectors", np.int32),  # whether sectors may be exactly π
             ("collisions", np.int32),  # whether panels may not cross
+            ("stuck_is_penalised", np.int32),  # whether an extension without a place left brings the penalty
             ("min_reach", np.int32),  # driving angles that must stay reachable
             ("start", np.int32),
             ("n_placements", np.int32),
@@ -276,6 +277,15 @@ def has_image(r: Record, images: int, g: int) -> bool:
     if images == SINGLE:
         return g == 0
     return g < r.products[g, images]
+
+
+@inlined
+def is_penalised(s: Record, r: Record) -> bool:
+    """Whether the end of an episode brings the penalty instead of a score."""
+    if s.status == NOT_FOLDABLE:
+        return True
+    inside_move = s.phase != SELECTION and s.phase != PLACEMENT
+    return bool(r.stuck_is_penalised and s.status == STUCK and inside_move)
 
 
 @inlined
