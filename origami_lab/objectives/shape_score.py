@@ -15,9 +15,7 @@ from origami_lab.objectives.shape_kernels import Surface, least_distance, stray,
 
 
 @kernel
-def bound_shape(
-    states: States, i: int, rules: States, memos: States, j: int, score: ShapeScore, above: float
-) -> float:
+def bound_shape(states: States, i: int, rules: States, memos: States, j: int, score: ShapeScore, above: float) -> float:
     """See :data:`~.compiled_score.Bound`: minus d→ and the compactness penalty, which only grow."""
     return -stray(states[i], rules[0], memos[j], score.target, -above)
 

@@ -118,7 +118,11 @@ class _Tree:
             tree = self.counters, self.children, self.bounds, self.best_first
             limit = min(until, problem.budget, problem.interactions + _PACE) - problem.interactions
             # a floor above the best return measures no further than to itself
-            bounding = self.target, self.inside_moves, None if problem.best_value < self.floor else problem.compiled_score
+            bounding = (
+                self.target,
+                self.inside_moves,
+                None if problem.best_value < self.floor else problem.compiled_score,
+            )
             why, depth, used, played, ended = walk(
                 *line, *tree, *bounding, draws.block, draws.used, depth, how, given, self.best, limit
             )
