@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.geometry.bvh import Bvh, box_squared, build_bvh, nearest_squared, nearest_triangle
-from origami_lab.jit import inlined, kernel
+from origami_lab.jit import bare, inlined, kernel
 
 Array = NDArray[np.float64]
 
@@ -87,7 +87,7 @@ def _nearest_of(sampled: Sampled, t: int, x: float, y: float, z: float, best: fl
     return best
 
 
-@kernel
+@bare
 def nearest_sample_squared(sampled: Sampled, x: float, y: float, z: float, enough_sq: float, start_sq: float) -> float:
     """Squared distance from (x, y, z) to the nearest point, or to the surface if there are no points.
 

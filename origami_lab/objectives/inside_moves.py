@@ -8,11 +8,11 @@ from origami_lab.game.kernels.boundary import NEXT, PREV, near_side
 from origami_lab.game.kernels.extension import outer_place
 from origami_lab.game.kernels.state import SECOND, Record
 from origami_lab.geometry.bvh import inside, nearest_squared
-from origami_lab.jit import kernel
+from origami_lab.jit import bare
 from origami_lab.objectives.shape_kernels import Surface
 
 
-@kernel
+@bare
 def stray_inside(s: Record, r: Record, memo: Record, target: Surface, enough: float) -> float:
     """The smallest d→ + penalty over the usable reachable angles, with the outer child that was chosen last.
 

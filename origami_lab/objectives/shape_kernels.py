@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from origami_lab.game.kernels.collisions import place_corner
+from origami_lab.game.kernels.collisions import folded_place, place_corner
 from origami_lab.game.kernels.state import Record, States, has_image, image_code
 from origami_lab.geometry.bvh import Bvh, inside, nearest_squared, triangle_squared
 from origami_lab.geometry.sampled import Sampled, nearest_sample_squared, sample_surface
-from origami_lab.jit import inlined, kernel
+from origami_lab.jit import bare, inlined, kernel
 
 Array = NDArray[np.float64]
 
@@ -60,14 +60,13 @@ def distance_from_centre(s: Record, v: int, k: int) -> float:
     return float(np.sqrt(x * x + y * y + z * z))
 
 
-@kernel
+@bare
 def stray(s: Record, r: Record, memo: Record, target: Surface, enough: float) -> float:
     """The smallest d→ + penalty over the usable reachable angles, from the vertices of a state.
 
     Vertices that were measured before are not measured again. At an angle whose sum has reached ``enough`` the rest is
     not measured: the returned value is then at least ``enough``, too.
     """
-    corner = np.empty((1, 3))
     first = r.min_reach - 1
     order = r.order if target.images else 1
     for v in range(memo.measured, s.n_vertices):
@@ -81,8 +80,7 @@ def stray(s: Record, r: Record, memo: Record, target: Surface, enough: float) ->
                 so_far = memo.stray[k]
                 if so_far + memo.penalty[k] >= enough:
                     continue
-                place_corner(s, r, 8 * v + g, k, corner, 0)
-                x, y, z = corner[0, 0], corner[0, 1], corner[0, 2]
+                x, y, z = folded_place(s, r, 8 * v + g, k)
                 squared = nearest_squared(target.bvh, x, y, z, so_far * so_far, enough * enough)
                 if squared > so_far * so_far and not (target.solid and inside(target.hull, x, y, z)):
                     memo.stray[k] = np.sqrt(squared)
@@ -93,7 +91,7 @@ def stray(s: Record, r: Record, memo: Record, target: Surface, enough: float) ->
     return best
 
 
-@kernel
+@bare
 def stray_of(states: States, i: int, rules: States, memos: States, target: Surface, enough: float) -> float:
     """:func:`stray` of one of several states."""
     return stray(states[i], rules[0], memos[i], target, enough)
@@ -102,26 +100,36 @@ def stray_of(states: States, i: int, rules: States, memos: States, target: Surfa
 @inlined
 def vertex_stray(s: Record, r: Record, v: int, k: int, target: Surface, start: float, enough: float) -> float:
     """max(start, distance of a vertex and its images from the target) at driving angle k, or at least ``enough``."""
-    corner = np.empty((1, 3))
     farthest = start
     for g in range(r.order if target.images else 1):
         if farthest >= enough or (g > 0 and not has_image(r, s.axis[v], g)):
             continue
-        place_corner(s, r, 8 * v + g, k, corner, 0)
-        x, y, z = corner[0, 0], corner[0, 1], corner[0, 2]
+        x, y, z = folded_place(s, r, 8 * v + g, k)
         squared = nearest_squared(target.bvh, x, y, z, farthest * farthest, enough * enough)
         if squared > farthest * farthest and not (target.solid and inside(target.hull, x, y, z)):
             farthest = np.sqrt(squared)
     return farthest
 
 
-@kernel
+@bare
 def stray_at(states: States, i: int, rules: States, k: int, target: Surface) -> float:
     """d→ of one of several states at driving angle k."""
     farthest = 0.0
     for v in range(states[i].n_vertices):
         farthest = vertex_stray(states[i], rules[0], v, k, target, farthest, np.inf)
     return farthest
+
+
+@bare
+def write_folded(s: Record, r: Record, k: int, out: Array) -> None:
+    """Write the corners of all triangles of the folded sheet, images included, at driving angle k."""
+    row = 0
+    for t in range(s.n_triangles):
+        for g in range(r.order):
+            if has_image(r, s.images[t], g):
+                for j in range(3):
+                    place_corner(s, r, image_code(r, g, s.corners[t, j]), k, out[row], j)
+                row += 1
 
 
 @kernel
@@ -133,13 +141,7 @@ def folded_triangles(s: Record, r: Record, k: int) -> Array:
             if has_image(r, s.images[t], g):
                 count += 1
     out = np.empty((count, 3, 3))
-    row = 0
-    for t in range(s.n_triangles):
-        for g in range(r.order):
-            if has_image(r, s.images[t], g):
-                for j in range(3):
-                    place_corner(s, r, image_code(r, g, s.corners[t, j]), k, out[row], j)
-                row += 1
+    write_folded(s, r, k, out)
     return out
 
 
@@ -255,7 +257,7 @@ def uncovered_of(
     return uncovered_at(states[i], rules[0], k, samples, draws, start, enough, hint)
 
 
-@kernel
+@bare
 def vertex_distance(
     s: Record, r: Record, memo: Record, samples: Bvh, draws: Array, enough: float, hint: NDArray[np.int64]
 ) -> tuple[float, int]:
@@ -266,16 +268,18 @@ def vertex_distance(
     best, angle = enough, -1
     if s.n_triangles == 0:
         return np.inf, -1
-    tried = np.zeros(s.reach, np.bool_)
+    tried = s.ahead
+    for k in range(s.reach):
+        tried[k] = 0
     for _ in range(r.min_reach - 1, s.reach):
         # the angle that strays least comes next
         k, least = -1, best
         for j in range(r.min_reach - 1, s.reach):
-            if not tried[j] and memo.stray[j] + memo.penalty[j] < least:
+            if tried[j] == 0 and memo.stray[j] + memo.penalty[j] < least:
                 k, least = j, memo.stray[j] + memo.penalty[j]
         if k < 0:
             break
-        tried[k] = True
+        tried[k] = 1
         # compared without the penalty first: adding it again may round a refused distance below the best
         limit = best - memo.penalty[k]
         d = uncovered_at(s, r, k, samples, draws, memo.stray[k], limit, hint)
@@ -284,7 +288,7 @@ def vertex_distance(
     return (best, angle) if angle >= 0 else (np.inf, -1)
 
 
-@kernel
+@bare
 def least_distance(
     s: Record, r: Record, memo: Record, target: Surface, samples: Bvh, draws: Array, hint: NDArray[np.int64]
 ) -> float:
@@ -297,8 +301,9 @@ def least_distance(
     first, best = r.min_reach - 1, np.inf
     if s.n_triangles == 0 or s.reach <= first:
         return best
-    known = memo.stray[: s.reach].copy()
-    ahead = np.full(s.reach, s.n_vertices)  # the vertices before this one are not measured yet
+    known, ahead = s.known, s.ahead  # of each angle: d→ so far, and the vertex before which none is measured yet
+    for k in range(first, s.reach):
+        known[k], ahead[k] = memo.stray[k], s.n_vertices
     while True:
         k, least = -1, best
         for j in range(first, s.reach):

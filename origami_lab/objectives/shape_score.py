@@ -9,18 +9,18 @@ from numpy.typing import NDArray
 
 from origami_lab.game.kernels.state import States
 from origami_lab.geometry.bvh import Bvh
-from origami_lab.jit import kernel
+from origami_lab.jit import bare
 from origami_lab.objectives.compiled_score import answered_by
 from origami_lab.objectives.shape_kernels import Surface, least_distance, stray, vertex_distance
 
 
-@kernel
+@bare
 def bound_shape(states: States, i: int, rules: States, memos: States, j: int, score: ShapeScore, above: float) -> float:
     """See :data:`~.compiled_score.Bound`: minus d→ and the compactness penalty, which only grow."""
     return -stray(states[i], rules[0], memos[j], score.target, -above)
 
 
-@kernel
+@bare
 def best_shape(
     states: States, i: int, rules: States, memos: States, j: int, score: ShapeScore, above: float
 ) -> tuple[float, int]:
@@ -32,7 +32,7 @@ def best_shape(
     return -distance, angle
 
 
-@kernel
+@bare
 def value_shape(states: States, i: int, rules: States, memos: States, j: int, score: ShapeScore) -> float:
     """See :data:`~.compiled_score.Value`: what the memo has no d→ of need not be measured at every angle."""
     if score.target.compactness > 0.0:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from origami_lab.game.kernels.play import settle
 from origami_lab.game.kernels.state import FIRST, SELECTION, States, is_penalised
 from origami_lab.game.kernels.undo import Notes, play_noted, restore
-from origami_lab.jit import kernel
+from origami_lab.jit import bare
 from origami_lab.objectives.compiled_score import CompiledScore, best_in_kernel
 from origami_lab.objectives.inside_moves import stray_inside
 from origami_lab.objectives.objective import Memos
@@ -30,7 +30,7 @@ COUNT, TRIED, ENTERED = 0, 1, 2
 """Columns of a node's counters: its children, how many were tried, and how many BFTS has gone into since."""
 
 
-@kernel
+@bare
 def open_node(node: NDArray[np.int64], children: Actions, legal: Actions, draws: NDArray[np.float64], used: int) -> int:
     """Sample the children of a node; returns the number of draws used in all."""
     count = min(legal.shape[0], children.shape[0])
@@ -39,7 +39,7 @@ def open_node(node: NDArray[np.int64], children: Actions, legal: Actions, draws:
     return used + count
 
 
-@kernel
+@bare
 def sort_children(children: Actions, bounds: NDArray[np.float64], count: int) -> None:
     """Order children by falling bounds; equal ones keep their order."""
     for i in range(1, count):
@@ -51,7 +51,7 @@ def sort_children(children: Actions, bounds: NDArray[np.float64], count: int) ->
         children[j], bounds[j] = child, bound
 
 
-@kernel
+@bare
 def is_no_better(
     states: States, rules: States, memos: Memos, depth: int, score: CompiledScore | None, best: float
 ) -> bool:
@@ -64,7 +64,7 @@ def is_no_better(
     return is_penalised(states[0], rules[0]) or best_in_kernel(states, 0, rules, memos, depth, score, best)[1] < 0
 
 
-@kernel
+@bare
 def walk(
     states: States,
     rules: States,

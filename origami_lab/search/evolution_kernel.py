@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from origami_lab.game.kernels.play import Actions, play_greedy
 from origami_lab.game.kernels.state import RUNNING, Record, States, copy_state, is_penalised
-from origami_lab.jit import inlined, kernel
+from origami_lab.jit import bare, inlined
 from origami_lab.objectives.compiled_score import CompiledScore, best_in_kernel, value_in_kernel
 from origami_lab.objectives.objective import Memos
 from origami_lab.search.neighbourhood.known_strays import mixed
@@ -93,7 +93,7 @@ def slot_of(episodes: Episodes, key: tuple[int, int]) -> int:
     return int(i)
 
 
-@kernel
+@bare
 def rank(generation: Generation, agent: int, slot: int, value: float) -> None:
     """Note what the agent whose turn it is has achieved with the episode in a slot of those seen."""
     counters, ranked = generation.counters, generation.ranked
@@ -111,7 +111,7 @@ def rank(generation: Generation, agent: int, slot: int, value: float) -> None:
     counters[N_RANKED] = min(n + 1, most)
 
 
-@kernel
+@bare
 def play_generation(
     states: States,
     origin: States,

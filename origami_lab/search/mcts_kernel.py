@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from origami_lab.game.kernels.play import Actions, play_action, settle
 from origami_lab.game.kernels.state import Record, States, copy_state, is_penalised
-from origami_lab.jit import inlined, kernel
+from origami_lab.jit import bare, inlined
 from origami_lab.objectives.compiled_score import CompiledScore, value_in_kernel
 from origami_lab.objectives.objective import Memos
 
@@ -55,7 +55,7 @@ def set_node(node: Record, action: int, prior: float) -> None:
     node.total, node.prior = 0.0, prior
 
 
-@kernel
+@bare
 def plant(nodes: Nodes) -> None:
     """A tree of the root only."""
     set_node(nodes[0], -1, 1.0)
@@ -67,7 +67,7 @@ def normalised(value: float, low: float, high: float) -> float:
     return 2.0 * (value - low) / (high - low) - 1.0 if high > low else 0.0
 
 
-@kernel
+@bare
 def best_child(nodes: Nodes, parent: int, exploration: float, low: float, high: float, unvisited: float) -> int:
     """The child with the highest Q + c·P·√(visits of the parent) / (1 + its visits), the first of equal ones.
 
@@ -94,7 +94,7 @@ def best_child(nodes: Nodes, parent: int, exploration: float, low: float, high: 
     return best
 
 
-@kernel
+@bare
 def expand(nodes: Nodes, size: int, parent: int, legal: Actions, epsilon: float, noise: NDArray[np.float64]) -> None:
     """Give a node its children, from index ``size`` on.
 
@@ -115,7 +115,7 @@ def expand(nodes: Nodes, size: int, parent: int, legal: Actions, epsilon: float,
         set_node(nodes[size + i], legal[i], prior)
 
 
-@kernel
+@bare
 def simulate(
     states: States,
     rules: States,
@@ -188,7 +188,7 @@ def simulate(
     return ENDED, depth, size, used, played
 
 
-@kernel
+@bare
 def see(scale: Scale, value: float) -> bool:
     """Take note of the return of an episode that was not penalised.
 
@@ -211,7 +211,7 @@ def clip(scale: Scale, value: float) -> float:
     return min(max(value, scale[LOW]), scale[HIGH])
 
 
-@kernel
+@bare
 def simulate_many(
     states: States,
     rules: States,
@@ -316,7 +316,7 @@ def simulate_many(
     return FINISHED, depth, size, noise_used, used, played, simulated, ended
 
 
-@kernel
+@bare
 def back_up(nodes: Nodes, path: NDArray[np.int32], depth: int, value: float) -> None:
     """Add a return to the nodes of a path."""
     for i in range(depth + 1):

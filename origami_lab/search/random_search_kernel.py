@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from origami_lab.game.kernels.play import Actions, play_action, settle
 from origami_lab.game.kernels.state import RUNNING, States, copy_state, is_penalised
-from origami_lab.jit import kernel
+from origami_lab.jit import bare
 from origami_lab.objectives.compiled_score import CompiledScore, best_in_kernel
 from origami_lab.objectives.objective import Memos
 
@@ -15,7 +15,7 @@ from origami_lab.objectives.objective import Memos
 ENDED, BETWEEN, UNDER_WAY = 0, 1, 2
 
 
-@kernel
+@bare
 def play_episodes(
     states: States,
     origin: States,

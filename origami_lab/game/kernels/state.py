@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from origami_lab.jit import inlined, kernel
+from origami_lab.jit import bare, inlined
 
 # phases of the game: what the next action decides
 PLACEMENT, SELECTION, FIRST, SECOND, THIRD = 0, 1, 2, 3, 4
@@ -94,7 +94,18 @@ def state_dtype(vertices: int = DEFAULT_VERTICES, angles: int = 10) -> np.dtype[
             ("position", np.float64, (vertices, angles, 3)),  # in space
             ("frame_prev", np.float64, (vertices, angles, 6)),  # the panel on the prev side of a leaf
             ("frame_next", np.float64, (vertices, angles, 6)),
-            ("swept", np.float64, (triangles, 6)),  # box around the triangle at all angles: low xyz, high xyz
+            ("flat", np.int64, (triangles, 3)),  # corners on the board, each as one number
+            ("boxes", np.float64, (triangles, angles, 6)),  # around the triangle at each angle: low xyz, high xyz
+            ("swept", np.float64, (triangles, 6)),  # around it at all of them
+            # what kernels write to while they run, and nothing else: it is not copied
+            ("edges", np.int32, (vertices + 2, 4)),
+            ("triangle", np.float64, (3, 3)),
+            ("image_flat", np.int64, (8, 3)),
+            ("image_swept", np.float64, (4, 8)),
+            ("image_boxes", np.float64, (8, angles, 6)),
+            ("image_corners", np.float64, (8, angles, 3, 3)),
+            ("known", np.float64, (angles,)),
+            ("ahead", np.int64, (angles,)),
         ]
     )
 
@@ -163,6 +174,12 @@ def code_y(s: Record, r: Record, code: int) -> int:
 
 
 @inlined
+def flat_corner(s: Record, r: Record, code: int) -> int:
+    """Board point of a coded vertex as one number, another one for every point."""
+    return (np.int64(code_x(s, r, code)) << 32) + code_y(s, r, code)
+
+
+@inlined
 def image_code(r: Record, g: int, code: int) -> int:
     """Code of the image of a coded vertex under group element g."""
     return (code & ~7) | r.products[g, code & 7]
@@ -223,7 +240,7 @@ def point_y(r: Record, index: int) -> int:
 # --- growing and copying ---------------------------------------------------------------------------------------------
 
 
-@kernel
+@bare
 def clear(s: Record) -> None:
     """An empty board before placement."""
     s.n_vertices = 0
@@ -254,10 +271,12 @@ def add_vertex(s: Record, r: Record, x: int, y: int) -> int:
 
 
 @inlined
-def add_triangle(s: Record, a: int, b: int, c: int, images: int) -> None:
+def add_triangle(s: Record, r: Record, a: int, b: int, c: int, images: int) -> None:
+    """A new triangle; its boxes are the caller's to set."""
     t = s.n_triangles
     s.n_triangles = t + 1
     s.corners[t, 0], s.corners[t, 1], s.corners[t, 2] = a, b, c
+    s.flat[t, 0], s.flat[t, 1], s.flat[t, 2] = flat_corner(s, r, a), flat_corner(s, r, b), flat_corner(s, r, c)
     s.images[t] = images
 
 
@@ -301,7 +320,7 @@ def copy_scalars(target: Record, source: Record) -> None:
     target.unfinished = source.unfinished
 
 
-@kernel
+@bare
 def copy_state(target: Record, source: Record) -> None:
     """Copy the used rows of one state to another."""
     n, t, c, a = source.n_vertices, source.n_triangles, source.n_creases, source.n_actions
@@ -325,7 +344,11 @@ def copy_state(target: Record, source: Record) -> None:
     for i in range(t):
         for j in range(3):
             target.corners[i, j] = source.corners[i, j]
+            target.flat[i, j] = source.flat[i, j]
         target.images[i] = source.images[i]
+        for k in range(reach):
+            for j in range(6):
+                target.boxes[i, k, j] = source.boxes[i, k, j]
         for j in range(6):
             target.swept[i, j] = source.swept[i, j]
     for i in range(c):

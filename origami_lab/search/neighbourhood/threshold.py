@@ -18,7 +18,7 @@ from origami_lab.game.kernels.extension import middle_place, outer_place
 from origami_lab.game.kernels.legal_actions import placing_side
 from origami_lab.game.kernels.state import ALL_IMAGES, THIRD, Record, board_points, point_x, point_y
 from origami_lab.geometry.bvh import inside, nearest_squared
-from origami_lab.jit import inlined, kernel
+from origami_lab.jit import bare, inlined
 from origami_lab.objectives.shape_kernels import Surface
 
 ROUNDING = 1e-12
@@ -46,7 +46,7 @@ class Aim(NamedTuple):
     spacing: float
 
 
-@kernel
+@bare
 def place_strays(r: Record, aim: Aim, x: float, y: float, z: float) -> bool:
     """Whether a folded place, or one of its images, is further than the threshold from the target.
 
@@ -70,7 +70,7 @@ def place_strays(r: Record, aim: Aim, x: float, y: float, z: float) -> bool:
     return False
 
 
-@kernel
+@bare
 def triangle_strays(r: Record, aim: Aim, p: NDArray[np.float64]) -> bool:
     """Whether a point of a regular grid on the folded triangle p (3, 3), its corners left out, strays."""
     longest = 0.0
@@ -96,7 +96,7 @@ def triangle_strays(r: Record, aim: Aim, p: NDArray[np.float64]) -> bool:
     return False
 
 
-@kernel
+@bare
 def sheet_strays(s: Record, r: Record, aim: Aim, first_vertex: int, first_triangle: int) -> bool:
     """Whether a vertex from ``first_vertex`` on, or a panel from ``first_triangle`` on, strays."""
     k = aim.angle
@@ -104,7 +104,7 @@ def sheet_strays(s: Record, r: Record, aim: Aim, first_vertex: int, first_triang
         if place_strays(r, aim, s.position[v, k, 0], s.position[v, k, 1], s.position[v, k, 2]):
             return True
     if aim.spacing > 0.0:
-        p = np.empty((3, 3))
+        p = s.triangle
         for t in range(first_triangle, s.n_triangles):
             for j in range(3):
                 place_corner(s, r, s.corners[t, j], k, p, j)
@@ -113,10 +113,10 @@ def sheet_strays(s: Record, r: Record, aim: Aim, first_vertex: int, first_triang
     return False
 
 
-@kernel
+@bare
 def seam_strays(s: Record, r: Record, aim: Aim, first_triangle: int) -> bool:
     """Whether a panel over a seam between images strays: the others are known from the places of their corners."""
-    p = np.empty((3, 3))
+    p = s.triangle
     for t in range(first_triangle, s.n_triangles):
         if s.images[t] != ALL_IMAGES:
             for j in range(3):
@@ -131,7 +131,7 @@ def set_corner(p: NDArray[np.float64], row: int, place: tuple[float, float, floa
     p[row, 0], p[row, 1], p[row, 2] = place
 
 
-@kernel
+@bare
 def child_strays(s: Record, r: Record, aim: Aim, action: int) -> bool:
     """Whether the child that a location action places strays, or a panel it completes, or it does not exist.
 
@@ -140,7 +140,7 @@ def child_strays(s: Record, r: Record, aim: Aim, action: int) -> bool:
     k, v = aim.angle, s.selected
     index = action - 2 * board_points(r)
     qx, qy = point_x(r, index), point_y(r, index)
-    p = np.empty((3, 3))
+    p = s.triangle
     if s.phase != THIRD:
         side = placing_side(s, r)
         place = outer_place(s, r, k, side, qx, qy)
