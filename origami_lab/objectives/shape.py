@@ -31,6 +31,7 @@ from origami_lab.geometry.hausdorff import directed_distance
 from origami_lab.geometry.sampled import sample_surface
 from origami_lab.geometry.sampling import surface_draws
 from origami_lab.geometry.surface_means import Cells, cells_of, like_share, mean_distance, thinned
+from origami_lab.geometry.wide_tree import WideTree, build_wide_tree
 from origami_lab.objectives.compiled_score import scores_itself
 from origami_lab.objectives.objective import NO_SCORE, Memos, Score, checked_number
 from origami_lab.objectives.shape_kernels import (
@@ -120,6 +121,11 @@ class ShapeObjective:
         return _point_tree(self.target.sampled_points(self.samples, self.sample_seed))
 
     @cached_property
+    def random_tree(self) -> WideTree:
+        """The same for the folded vertices."""
+        return build_wide_tree(self.random_cover)
+
+    @cached_property
     def draws(self) -> NDArray[np.float64]:
         """(n, 3) what chooses the random samples of a folded sheet for ``sampled``."""
         draws = surface_draws(self.samples, np.random.default_rng(self.sample_seed))
@@ -177,10 +183,11 @@ class ShapeEvaluator:
         solid, weight, hint = bool(target.closed), objective.compactness, np.zeros(1, dtype=np.int64)
         if distance == "sampled":  # random samples have no symmetry
             cover = objective.random_cover
-            return ShapeScore(Surface(cover, target.bvh, solid, True, weight), cover, objective.draws, hint)
+            surface = Surface(objective.random_tree, target.bvh, solid, True, weight)
+            return ShapeScore(surface, cover, objective.draws, hint)
         symmetric = target.has_symmetry(self._game.symmetry)
         cover = _playable_part(objective.cover, self._game, target.uncertainty) if symmetric else objective.cover
-        surface = Surface(target.bvh, target.bvh, solid, not symmetric, weight)
+        surface = Surface(target.wide_tree, target.bvh, solid, not symmetric, weight)
         return ShapeScore(surface, cover, np.empty((0, 3)), hint)
 
     def new_memos(self, count: int) -> Memos:

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from origami_lab.game.kernels.collisions import folded_place, place_corner
 from origami_lab.game.kernels.state import Record, States, has_image, image_code
-from origami_lab.geometry.bvh import Bvh, inside, nearest_squared, triangle_squared
+from origami_lab.geometry.bvh import Bvh, inside, triangle_squared
 from origami_lab.geometry.sampled import Sampled, nearest_sample_squared, sample_surface
+from origami_lab.geometry.wide_tree import WideTree, nearest_row
 from origami_lab.jit import bare, inlined, kernel
 
 Array = NDArray[np.float64]
@@ -23,9 +24,11 @@ Array = NDArray[np.float64]
 def memo_dtype(angles: int) -> np.dtype[np.void]:
     """Notes for one state: how many vertices were measured; at each driving angle d→ and the compactness penalty.
 
+    And which part of the target the last measured place was nearest to, as the next one is likely near it, too.
+
     Records, so that plain Python reads their fields as the kernels do.
     """
-    fields: list[Any] = [("measured", np.int64), ("stray", np.float64, (angles,)), ("penalty", np.float64, (angles,))]
+    fields: list[Any] = [("measured", np.int64), ("near", np.int64), ("stray", np.float64, (angles,)), ("penalty", np.float64, (angles,))]
     return np.dtype((np.record, np.dtype(fields, align=True)))
 
 
@@ -34,7 +37,7 @@ class Surface(NamedTuple):
 
     Attributes
     ----------
-    bvh
+    tree
         What distances are measured to: its triangles, or points drawn on them.
     hull
         Its triangles.
@@ -46,7 +49,7 @@ class Surface(NamedTuple):
         Weight of the penalty on the vertex that is furthest from the board's centre, 0 for none.
     """
 
-    bvh: Bvh
+    tree: WideTree
     hull: Bvh
     solid: bool
     images: bool
@@ -81,7 +84,9 @@ def stray(s: Record, r: Record, memo: Record, target: Surface, enough: float) ->
                 if so_far + memo.penalty[k] >= enough:
                     continue
                 x, y, z = folded_place(s, r, 8 * v + g, k)
-                squared = nearest_squared(target.bvh, x, y, z, so_far * so_far, enough * enough)
+                squared, memo.near = nearest_row(
+                    target.tree, x, y, z, so_far * so_far, enough * enough, memo.near, s.far
+                )
                 if squared > so_far * so_far and not (target.solid and inside(target.hull, x, y, z)):
                     memo.stray[k] = np.sqrt(squared)
     memo.measured = s.n_vertices
@@ -98,25 +103,30 @@ def stray_of(states: States, i: int, rules: States, memos: States, target: Surfa
 
 
 @inlined
-def vertex_stray(s: Record, r: Record, v: int, k: int, target: Surface, start: float, enough: float) -> float:
-    """max(start, distance of a vertex and its images from the target) at driving angle k, or at least ``enough``."""
+def vertex_stray(
+    s: Record, r: Record, v: int, k: int, target: Surface, start: float, enough: float, near: int
+) -> tuple[float, int]:
+    """max(start, distance of a vertex and its images from the target) at driving angle k, or at least ``enough``.
+
+    And the part of the target that is nearest to the last of them; ``near`` is looked at first.
+    """
     farthest = start
     for g in range(r.order if target.images else 1):
         if farthest >= enough or (g > 0 and not has_image(r, s.axis[v], g)):
             continue
         x, y, z = folded_place(s, r, 8 * v + g, k)
-        squared = nearest_squared(target.bvh, x, y, z, farthest * farthest, enough * enough)
+        squared, near = nearest_row(target.tree, x, y, z, farthest * farthest, enough * enough, near, s.far)
         if squared > farthest * farthest and not (target.solid and inside(target.hull, x, y, z)):
             farthest = np.sqrt(squared)
-    return farthest
+    return farthest, near
 
 
 @bare
 def stray_at(states: States, i: int, rules: States, k: int, target: Surface) -> float:
     """d→ of one of several states at driving angle k."""
-    farthest = 0.0
+    farthest, near = 0.0, 0
     for v in range(states[i].n_vertices):
-        farthest = vertex_stray(states[i], rules[0], v, k, target, farthest, np.inf)
+        farthest, near = vertex_stray(states[i], rules[0], v, k, target, farthest, np.inf, near)
     return farthest
 
 
@@ -301,6 +311,7 @@ def least_distance(
     first, best = r.min_reach - 1, np.inf
     if s.n_triangles == 0 or s.reach <= first:
         return best
+    near = memo.near
     known, ahead = s.known, s.ahead  # of each angle: d→ so far, and the vertex before which none is measured yet
     for k in range(first, s.reach):
         known[k], ahead[k] = memo.stray[k], s.n_vertices
@@ -313,7 +324,7 @@ def least_distance(
             return best
         if ahead[k] > memo.measured:
             ahead[k] -= 1
-            known[k] = vertex_stray(s, r, ahead[k], k, target, least, best)
+            known[k], near = vertex_stray(s, r, ahead[k], k, target, least, best, near)
         else:
             best = min(best, uncovered_at(s, r, k, samples, draws, least, best, hint))
             known[k] = np.inf

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from origami_lab.geometry.wide_tree import MOST_LEVELS, WIDTH
 from origami_lab.jit import bare, inlined
 
 # phases of the game: what the next action decides
@@ -106,6 +107,7 @@ def state_dtype(vertices: int = DEFAULT_VERTICES, angles: int = 10) -> np.dtype[
             ("image_corners", np.float64, (8, angles, 3, 3)),
             ("known", np.float64, (angles,)),
             ("ahead", np.int64, (angles,)),
+            ("far", np.float64, (MOST_LEVELS, WIDTH)),
         ]
     )
 
