@@ -72,8 +72,6 @@ def kernel(function: F) -> F:
     return cast(F, numba.njit(cache=_IS_KEPT, error_model="numpy", **_WITH_COUNTS)(function))
 
 
-
-
 def bare(function: F) -> F:
     """Like :func:`kernel` for code that makes no arrays; if it does, it does not compile.
 
@@ -93,7 +91,9 @@ def compiled_as(function: Callable[..., Any]) -> Callable[[F], F]:
 
     It returns a function with the same parameters; plain Python runs ``function`` itself.
     """
-    return cast(Callable[[F], F], overload(function, jit_options={"error_model": "numpy", **_WITHOUT_COUNTS}, strict=False))
+    return cast(
+        Callable[[F], F], overload(function, jit_options={"error_model": "numpy", **_WITHOUT_COUNTS}, strict=False)
+    )
 
 
 class CompileClock(Listener):  # type: ignore[misc]

@@ -70,9 +70,7 @@ def point_triangle_squared(
     n_squared = nx * nx + ny * ny + nz * nz
     b_squared = bx * bx + by * by + bz * bz
     c_squared = cx * cx + cy * cy + cz * cz
-    return point_edges_squared(
-        px, py, pz, bx, by, bz, cx, cy, cz, nx, ny, nz, n_squared, b_squared, c_squared
-    )
+    return point_edges_squared(px, py, pz, bx, by, bz, cx, cy, cz, nx, ny, nz, n_squared, b_squared, c_squared)
 
 
 @inlined

@@ -28,7 +28,12 @@ def memo_dtype(angles: int) -> np.dtype[np.void]:
 
     Records, so that plain Python reads their fields as the kernels do.
     """
-    fields: list[Any] = [("measured", np.int64), ("near", np.int64), ("stray", np.float64, (angles,)), ("penalty", np.float64, (angles,))]
+    fields: list[Any] = [
+        ("measured", np.int64),
+        ("near", np.int64),
+        ("stray", np.float64, (angles,)),
+        ("penalty", np.float64, (angles,)),
+    ]
     return np.dtype((np.record, np.dtype(fields, align=True)))
 
 

@@ -115,9 +115,7 @@ def share_edge(s: Record, t: int, g: int) -> bool:
 @inlined
 def boxes_apart(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
     """Whether two boxes have no point in common."""
-    return bool(
-        a[2] > b[5] or a[5] < b[2] or a[0] > b[3] or a[3] < b[0] or a[1] > b[4] or a[4] < b[1]
-    )
+    return bool(a[2] > b[5] or a[5] < b[2] or a[0] > b[3] or a[3] < b[0] or a[1] > b[4] or a[4] < b[1])
 
 
 @bare

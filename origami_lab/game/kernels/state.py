@@ -108,6 +108,7 @@ def state_dtype(vertices: int = DEFAULT_VERTICES, angles: int = 10) -> np.dtype[
             ("known", np.float64, (angles,)),
             ("ahead", np.int64, (angles,)),
             ("far", np.float64, (MOST_LEVELS, WIDTH)),
+            ("near", np.int64),
         ]
     )
 
@@ -258,6 +259,7 @@ def clear(s: Record) -> None:
     s.mode = 0
     s.first_x, s.first_y, s.second_x, s.second_y = 0, 0, 0, 0
     s.unfinished = 0
+    s.near = 0
 
 
 @inlined
@@ -327,6 +329,7 @@ def copy_state(target: Record, source: Record) -> None:
     """Copy the used rows of one state to another."""
     n, t, c, a = source.n_vertices, source.n_triangles, source.n_creases, source.n_actions
     copy_scalars(target, source)
+    target.near = source.near
     reach = source.reach
     for i in range(n):
         target.xy[i, 0], target.xy[i, 1] = source.xy[i, 0], source.xy[i, 1]

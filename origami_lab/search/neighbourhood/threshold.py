@@ -64,9 +64,8 @@ def place_strays(s: Record, r: Record, aim: Aim, x: float, y: float, z: float) -
         gx = r.matrices[g, 0] * x + r.matrices[g, 1] * y
         gy = r.matrices[g, 2] * x + r.matrices[g, 3] * y
         # looked for up to a little more than the limit
-        if nearest_row(target.tree, gx, gy, z, limit, limit + 1e-6 * limit + 1e-30, 0, s.far)[0] > limit and not (
-            target.solid and inside(target.hull, gx, gy, z)
-        ):
+        squared, s.near = nearest_row(target.tree, gx, gy, z, limit, limit + 1e-6 * limit + 1e-30, s.near, s.far)
+        if squared > limit and not (target.solid and inside(target.hull, gx, gy, z)):
             return True
     return False
 
