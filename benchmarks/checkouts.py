@@ -74,7 +74,8 @@ class Side:
 
     def run(self, overrides: list[str], interactions: int = 0, seed: int = 0) -> tuple[float, str]:
         """Seconds of processor time of one search, and the digest of its outcome; nothing to search: calibration."""
-        assert self._process.stdin is not None and self._process.stdout is not None
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
         order = {"overrides": overrides, "interactions": interactions, "seed": seed}
         self._process.stdin.write(json.dumps(order) + "\n")
         self._process.stdin.flush()

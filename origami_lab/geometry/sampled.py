@@ -113,7 +113,7 @@ def area_of(triangles: Array, t: int) -> float:
         triangles[t, 2, 2] - triangles[t, 0, 2],
     )
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    return 0.5 * np.sqrt(nx * nx + ny * ny + nz * nz)
+    return float(0.5 * np.sqrt(nx * nx + ny * ny + nz * nz))
 
 
 @bare

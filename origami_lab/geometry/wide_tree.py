@@ -1,8 +1,8 @@
 """An eight-wide tree of boxes over triangles or points that stay: the nearest of them, for searches that ask often.
 
-It is made of a :class:`~origami_lab.geometry.bvh.Bvh`, whose order of triangles it takes: of every three levels it keeps
-one, so that a node has eight children, whose boxes are measured in one vector, and a leaf has one triangle. What a
-distance needs of a triangle is worked out when the tree is made; the arithmetic is that of
+It is made of a :class:`~origami_lab.geometry.bvh.Bvh`, whose order of triangles it takes: of every three levels it
+keeps one, so that a node has eight children, whose boxes are measured in one vector, and a leaf has one triangle. What
+a distance needs of a triangle is worked out when the tree is made; the arithmetic is that of
 :func:`~origami_lab.geometry.distance.point_triangle_squared`, so the answers are the same.
 """
 
@@ -36,7 +36,7 @@ class WideTree(NamedTuple):
     Attributes
     ----------
     boxes
-        (n, 6, 8) x0, y0, z0, x1, y1, z1 of the children of each node, by its number; infinitely far where there is none.
+        (n, 6, 8) x0, y0, z0, x1, y1, z1 of the children of each node, by its number; infinitely far where none is.
     rows
         (T, 15) the triangles, see :data:`ROW`.
     depth

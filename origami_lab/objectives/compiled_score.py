@@ -2,8 +2,8 @@
 
 An evaluator whose score is compiled offers it as ``compiled_score``: a :class:`CompiledScore`, a named tuple of arrays
 and numbers whose class says by :func:`answered_by` which kernels answer for it. Kernels that play take the tuple as an
-argument and call :func:`bound_in_kernel`, :func:`best_in_kernel` and :func:`value_in_kernel`; they are compiled once for
-each class. The answers are those of the evaluator's methods, to the last bit.
+argument and call :func:`bound_in_kernel`, :func:`best_in_kernel` and :func:`value_in_kernel`; they are compiled once
+for each class. The answers are those of the evaluator's methods, to the last bit.
 
 An objective of the user's own has none of this, and a class of the user's that overrides ``score`` or ``bound`` is
 asked by these: see :func:`scores_itself`.
@@ -31,7 +31,7 @@ Value = Callable[[States, int, States, Memos, int, Any], float]
 
 
 class Kernels(NamedTuple):
-    """What answers for a class of compiled scores."""
+    """What answers for a class of compiled scores: kernels, or functions that may be part of one."""
 
     bound: Bound
     best: Best
@@ -49,8 +49,8 @@ def answered_by(bound: Bound, best: Best, value: Value) -> Callable[[C], C]:
     Raises
     ------
     ValueError
-        For a class outside of this package. Machine code is kept on disk by the contents of the package's files: that of
-        a search would go on with kernels of another file as they were.
+        For a class outside of this package. Machine code is kept on disk by the contents of the package's files: that
+        of a search would go on with kernels of another file as they were.
     """
 
     def decorate(cls: C) -> C:
@@ -90,22 +90,24 @@ def value_in_kernel(states: States, i: int, rules: States, memos: Memos, j: int,
     return _KERNELS[type(score)].value(states, i, rules, memos, j, score)
 
 
-# what the three are to the compiler: the kernel that answers for the type of ``score``
+# what the three are to the compiler: the function that answers for the type of ``score``
+
+
+def _plain(function: Callable[..., Any]) -> Any:
+    """The function that a kernel was made of; any other as it is."""
+    return getattr(function, "py_func", function)
 
 
 @compiled_as(bound_in_kernel)
 def _typed_bound(states: Any, i: Any, rules: Any, memos: Any, j: Any, score: Any, above: Any) -> Any:
-    bound = _KERNELS[score.instance_class].bound
-    return lambda states, i, rules, memos, j, score, above: bound(states, i, rules, memos, j, score, above)
+    return _plain(_KERNELS[score.instance_class].bound)
 
 
 @compiled_as(best_in_kernel)
 def _typed_best(states: Any, i: Any, rules: Any, memos: Any, j: Any, score: Any, above: Any) -> Any:
-    best = _KERNELS[score.instance_class].best
-    return lambda states, i, rules, memos, j, score, above: best(states, i, rules, memos, j, score, above)
+    return _plain(_KERNELS[score.instance_class].best)
 
 
 @compiled_as(value_in_kernel)
 def _typed_value(states: Any, i: Any, rules: Any, memos: Any, j: Any, score: Any) -> Any:
-    value = _KERNELS[score.instance_class].value
-    return lambda states, i, rules, memos, j, score: value(states, i, rules, memos, j, score)
+    return _plain(_KERNELS[score.instance_class].value)

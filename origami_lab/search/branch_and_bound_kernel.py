@@ -10,11 +10,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from origami_lab.game.kernels.play import settle
-from origami_lab.game.kernels.state import FIRST, SELECTION, States, is_penalised
-from origami_lab.game.kernels.undo import Notes, play_noted, restore
-from origami_lab.jit import bare
-from origami_lab.objectives.compiled_score import CompiledScore, best_in_kernel
+from origami_lab.game.kernels.play import play_action, settle
+from origami_lab.game.kernels.state import FIRST, RUNNING, SELECTION, Record, States, is_penalised
+from origami_lab.game.kernels.undo import Notes, play_noted, restore, write_note
+from origami_lab.jit import bare, inlined
+from origami_lab.objectives.compiled_score import CompiledScore, best_in_kernel, bound_in_kernel
 from origami_lab.objectives.inside_moves import stray_inside
 from origami_lab.objectives.objective import Memos
 from origami_lab.objectives.shape_kernels import Surface, stray
@@ -49,6 +49,19 @@ def sort_children(children: Actions, bounds: NDArray[np.float64], count: int) ->
             children[j], bounds[j] = children[j - 1], bounds[j - 1]
             j -= 1
         children[j], bounds[j] = child, bound
+
+
+@inlined
+def try_child(s: Record, r: Record, action: int, note: Record, legal: Actions, only_tried: bool) -> int:
+    """Play an action so that it can be taken back; returns how many are legal then.
+
+    At least 1 for any number, and ``legal`` is not written, where the child is only tried and can end the episode.
+    """
+    write_note(s, r, action, note)
+    play_action(s, r, action)
+    if only_tried and s.phase == SELECTION and s.status == RUNNING and s.n_extensions > 0:
+        return 1
+    return settle(s, r, legal)
 
 
 @bare
@@ -98,7 +111,7 @@ def walk(
     best_first
         BFTS: try every child before the most promising one is entered. DFTS enters a child at once.
     target
-        What positions are bounded with; None to ask the caller.
+        What positions are bounded with; None for ``score``, and without that to ask the caller.
     inside_moves
         Whether the places of chosen outer children bound an extension that is not complete; not without ``target``.
     score
@@ -144,7 +157,7 @@ def walk(
             child, enter = node[TRIED], not best_first
             node[TRIED] += 1
             played += 1
-            n = play_noted(s, r, children[depth, child], notes[depth], legal)
+            n = try_child(s, r, children[depth, child], notes[depth], legal, best_first)
             memos[depth + 1] = memos[depth]
             bound = own
             if n == 0:
@@ -155,10 +168,14 @@ def walk(
                     continue
                 return ENDED, depth, used, played, ended
             if s.phase == SELECTION:
-                if target is None:
-                    return UNBOUNDED, depth, used, played, ended
-                else:
+                if target is not None:
                     bound = -stray(s, r, memos[depth + 1], target, -best)
+                elif score is not None:
+                    if played >= limit:
+                        return UNBOUNDED, depth, used, played, ended  # as without it: no draws for a tree that ends
+                    bound = bound_in_kernel(states, 0, rules, memos, depth + 1, score, best)
+                else:
+                    return UNBOUNDED, depth, used, played, ended
             elif inside_moves and s.phase > FIRST:
                 if target is not None:
                     bound = min(own, -stray_inside(s, r, memos[depth + 1], target, -best))

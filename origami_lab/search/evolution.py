@@ -170,9 +170,19 @@ class Tournament:
         given = math.nan
         while not problem.done:
             why, played, ended, below = play_generation(
-                *(self.positions.states, self.origin, game.rules.record, self.memos, self.score),
-                *(agents, self.slots, generation, game.penalty, problem.best_value, given),
-                *(min(problem.remaining, _PACE), self.legal),
+                self.positions.states,
+                self.origin,
+                game.rules.record,
+                self.memos,
+                self.score,
+                agents,
+                self.slots,
+                generation,
+                game.penalty,
+                problem.best_value,
+                given,
+                min(problem.remaining, _PACE),
+                self.legal,
             )
             given = math.nan
             problem.episodes += ended

@@ -27,13 +27,14 @@ AGENT, IS_PLAYING, N_RANKED = 0, 1, 2
 FIRST_PRIME, SECOND_PRIME, BASE = 2147483647, 2147483629, 1000003
 
 
-class Episodes(NamedTuple):
+class PlayedEpisodes(NamedTuple):
     """Episodes by what was played, in a table with open addressing and room for twice as many.
 
     Attributes
     ----------
     keys
-        (n, 2) int64 of an episode's actions, see :func:`key_of`; the second is 0 where there is none. n is a power of 2.
+        (n, 2) int64 of an episode's actions, see :func:`key_of`; the second is 0 where there is none. n is a power of
+        2.
     values
         (n,) returns of those that were good enough for a parent, NaN for the others.
     """
@@ -62,18 +63,18 @@ class Generation(NamedTuple):
     counters: NDArray[np.int64]
     returns: NDArray[np.float64]
     ranked: NDArray[np.float64]
-    seen: Episodes
-    known: Episodes
+    seen: PlayedEpisodes
+    known: PlayedEpisodes
 
 
-def no_episodes(agents: int) -> Episodes:
+def no_episodes(agents: int) -> PlayedEpisodes:
     """An empty table for the episodes of so many agents."""
     size = 1 << (2 * agents).bit_length()
-    return Episodes(np.zeros((size, 2), dtype=np.int64), np.full(size, np.nan))
+    return PlayedEpisodes(np.zeros((size, 2), dtype=np.int64), np.full(size, np.nan))
 
 
 @inlined
-def key_of(s: Record) -> tuple[int, int]:
+def key_of(s: Record) -> tuple[np.int64, np.int64]:
     """126 bits of a state's actions: a xorshift generator fed with them, and their polynomials modulo two primes."""
     shifted, first, second = np.int64(88172645463325252), np.int64(1), np.int64(1)
     for i in range(s.n_actions):
@@ -84,7 +85,7 @@ def key_of(s: Record) -> tuple[int, int]:
 
 
 @inlined
-def slot_of(episodes: Episodes, key: tuple[int, int]) -> int:
+def slot_of(episodes: PlayedEpisodes, key: tuple[np.int64, np.int64]) -> int:
     """Where an episode is in a table, or would be."""
     last = episodes.values.shape[0] - 1
     i = key[0] & last

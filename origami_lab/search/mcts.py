@@ -175,11 +175,29 @@ class Tree:
             return -1
         self.reserve()
         why, depth, self.size, self.noise.used, self.draws.used, played, simulated, ended = simulate_many(
-            *(positions.states, problem.game.rules.record, positions.memos, self.score),
-            *(self.nodes, self.size, self.root, settings.exploration, self.returns.scale),
-            *(self.unvisited, settings.epsilon, self.noise.block, self.noise.used),
-            *(self.draws.block, self.draws.used, self.path, self.legal),
-            *(problem.game.penalty, problem.best_value, count, problem.remaining, _PACE, _MOST_NODES),
+            positions.states,
+            problem.game.rules.record,
+            positions.memos,
+            self.score,
+            self.nodes,
+            self.size,
+            self.root,
+            settings.exploration,
+            self.returns.scale,
+            self.unvisited,
+            settings.epsilon,
+            self.noise.block,
+            self.noise.used,
+            self.draws.block,
+            self.draws.used,
+            self.path,
+            self.legal,
+            problem.game.penalty,
+            problem.best_value,
+            count,
+            problem.remaining,
+            _PACE,
+            _MOST_NODES,
         )
         problem.spend(played)
         problem.episodes += ended

@@ -208,7 +208,7 @@ def see(scale: Scale, value: float) -> bool:
 @inlined
 def clip(scale: Scale, value: float) -> float:
     """The return, not below the lowest: the penalty, and −inf for a worthless design, are the lowest."""
-    return min(max(value, scale[LOW]), scale[HIGH])
+    return float(min(max(value, scale[LOW]), scale[HIGH]))
 
 
 @bare

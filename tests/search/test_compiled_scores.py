@@ -10,10 +10,15 @@ import pytest
 
 from origami_lab.game.game import Game
 from origami_lab.game.start_patterns import Crease, Square
+from origami_lab.objectives.bucket import BucketObjective
+from origami_lab.objectives.chair import ChairObjective
 from origami_lab.objectives.compiled_score import answered_by
 from origami_lab.objectives.objective import Score
+from origami_lab.objectives.packaging import PackagingObjective
 from origami_lab.objectives.shape import ShapeEvaluator, ShapeObjective
 from origami_lab.objectives.shape_score import best_shape, bound_shape, value_shape
+from origami_lab.objectives.shelf import ShelfObjective
+from origami_lab.objectives.table import TableObjective
 from origami_lab.search.branch_and_bound import BreadthFirstSearch, DepthFirstSearch
 from origami_lab.search.evolution import EvolutionarySearch
 from origami_lab.search.mcts import MonteCarloTreeSearch
@@ -65,7 +70,12 @@ TASKS: dict[str, tuple[Callable[[], Game], Callable[[], Any]]] = {
         lambda: Game(13, "y", Crease("choose"), max_crease_length=2.9, driving_angle_fixed=60.0),
         lambda: ShapeObjective(bowl()),
     ),
+    # scores 0 until there is one, and is bounded by its own kernel
+    "shelf": (lambda: Game(13, "xy", Square(), source_action=False), ShelfObjective),
 }
+
+
+ABSTRACT = {each.__name__: each for each in (BucketObjective, ChairObjective, PackagingObjective, TableObjective)}
 
 
 def outcome(task: str, name: str, seed: int, budget: int, wrap: Callable[[Any], Any] = lambda each: each) -> Outcome:
@@ -83,6 +93,17 @@ def test_kernels_judge_as_python_does(task: str, name: str) -> None:
         theirs = outcome(task, name, seed, budget, Plain)
         assert outcome(task, name, seed, budget) == theirs
         assert theirs.episodes > 10
+
+
+@pytest.mark.parametrize("name", ABSTRACT)
+def test_so_do_the_kernels_of_each_abstract_objective(name: str) -> None:
+    found = []
+    for wrap in (lambda each: each, Plain):
+        problem = Problem(Game(13, "xy", Square("choose")), wrap(ABSTRACT[name]()), 4_000)
+        RandomSearch().search(problem, np.random.default_rng(0))
+        found.append(problem.outcome())
+    assert found[0] == found[1]
+    assert found[0].improvements
 
 
 def test_the_episodes_that_python_hears_of_are_improvements_or_refused() -> None:

@@ -2,8 +2,8 @@
 
 The new triangles of one representative are tested against every triangle of the sheet and all images; symmetry makes
 the remaining pairs redundant. Instead of moving every old triangle to its images, the new one is moved back to the
-representatives. Of a pair come first the boxes swept over the motion, then the corners on the flat sheet, then the boxes
-at each angle, which are kept, then the triangles themselves.
+representatives. Of a pair come first the boxes swept over the motion, then the corners on the flat sheet, then the
+boxes at each angle, which are kept, then the triangles themselves.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ def share_edge(s: Record, t: int, g: int) -> bool:
     a, b, c = s.image_flat[g, 0], s.image_flat[g, 1], s.image_flat[g, 2]
     common = 0
     for j in range(3):
-        q = s.flat[t, j]
+        q = s.flat_corners[t, j]
         common += int(a == q) + int(b == q) + int(c == q)
     return common >= 2
 

@@ -95,7 +95,7 @@ def state_dtype(vertices: int = DEFAULT_VERTICES, angles: int = 10) -> np.dtype[
             ("position", np.float64, (vertices, angles, 3)),  # in space
             ("frame_prev", np.float64, (vertices, angles, 6)),  # the panel on the prev side of a leaf
             ("frame_next", np.float64, (vertices, angles, 6)),
-            ("flat", np.int64, (triangles, 3)),  # corners on the board, each as one number
+            ("flat_corners", np.int64, (triangles, 3)),  # corners on the board, each as one number
             ("boxes", np.float64, (triangles, angles, 6)),  # around the triangle at each angle: low xyz, high xyz
             ("swept", np.float64, (triangles, 6)),  # around it at all of them
             # what kernels write to while they run, and nothing else: it is not copied
@@ -179,7 +179,7 @@ def code_y(s: Record, r: Record, code: int) -> int:
 @inlined
 def flat_corner(s: Record, r: Record, code: int) -> int:
     """Board point of a coded vertex as one number, another one for every point."""
-    return (np.int64(code_x(s, r, code)) << 32) + code_y(s, r, code)
+    return int((np.int64(code_x(s, r, code)) << 32) + code_y(s, r, code))
 
 
 @inlined
@@ -280,7 +280,11 @@ def add_triangle(s: Record, r: Record, a: int, b: int, c: int, images: int) -> N
     t = s.n_triangles
     s.n_triangles = t + 1
     s.corners[t, 0], s.corners[t, 1], s.corners[t, 2] = a, b, c
-    s.flat[t, 0], s.flat[t, 1], s.flat[t, 2] = flat_corner(s, r, a), flat_corner(s, r, b), flat_corner(s, r, c)
+    s.flat_corners[t, 0], s.flat_corners[t, 1], s.flat_corners[t, 2] = (
+        flat_corner(s, r, a),
+        flat_corner(s, r, b),
+        flat_corner(s, r, c),
+    )
     s.images[t] = images
 
 
@@ -349,7 +353,7 @@ def copy_state(target: Record, source: Record) -> None:
     for i in range(t):
         for j in range(3):
             target.corners[i, j] = source.corners[i, j]
-            target.flat[i, j] = source.flat[i, j]
+            target.flat_corners[i, j] = source.flat_corners[i, j]
         target.images[i] = source.images[i]
         for k in range(reach):
             for j in range(6):
