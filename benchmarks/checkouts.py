@@ -126,6 +126,8 @@ def main() -> None:
         before.run([])
         calibrated = statistics.median(before.run([])[0] for _ in range(5))
         lines = [
+            "# Checkouts",
+            "",
             f"{options.rounds} rounds in turns on one core of {os.cpu_count()}, processor time, medians. Load average "
             f"before: {load:.2f}. Calibration kernel: {calibrated:.3f} s.",
             "",
