@@ -1,4 +1,4 @@
-"""Fifteen everyday parts in millimetres, made by code, as binary STL: ``python -m benchmarks.parts.shapes FOLDER``."""
+"""Everyday parts in millimetres, made by code, as binary STL: ``python -m benchmarks.parts.shapes FOLDER``."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
+import trimesh
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -151,6 +152,20 @@ def closed_box() -> Array:
     return np.concatenate([walls, flat([(x, y, 40) for x, y, _ in floor(40, 30)][::-1])])
 
 
+def _block(low: Point, high: Point) -> trimesh.Trimesh:
+    return trimesh.creation.box(bounds=[low, high])
+
+
+def thick_bracket() -> Array:
+    """The L-bracket as it comes from a CAD program, of sheet metal 3 thick: a solid."""
+    return np.asarray(_block((0, 0, 0), (80, 50, 3)).union(_block((0, 47, 0), (80, 50, 40))).triangles)
+
+
+def thick_lid() -> Array:
+    """The lid with walls 2 thick: a solid."""
+    return np.asarray(_block((-60, -40, 0), (60, 40, 20)).difference(_block((-58, -38, 2), (58, 38, 21))).triangles)
+
+
 PARTS: dict[str, Callable[[], Array]] = {
     make.__name__: make
     for make in (
@@ -165,7 +180,17 @@ PARTS: dict[str, Callable[[], Array]] = {
             asymmetric_tray,
             gable_roof,
         ),
-        *(closed_box, shallow_dome, half_vault, saddle, hyperbolic_canopy, lampshade, car_seat),
+        *(
+            closed_box,
+            thick_bracket,
+            thick_lid,
+            shallow_dome,
+            half_vault,
+            saddle,
+            hyperbolic_canopy,
+            lampshade,
+            car_seat,
+        ),
     )
 }
 

@@ -38,6 +38,10 @@ class PartAnalysis:
     """How its curved parts bend."""
     covered: float
     """The part of an open surface that lies under another part of it, seen from above as it lies on the board."""
+    walls: float | None
+    """The thickness of the walls, units of the file, if it is a thin-walled solid of which one skin is taken."""
+    skin: str | None
+    """Which skin that is, ``outer`` or ``inner``."""
     unit: str
     """The unit that its size suggests: ``mm`` or ``m``; a glTF file's is metres."""
     setup: PartSetup
@@ -87,6 +91,7 @@ def analyse_part(
     rotate: Sequence[float] | None = None,
     scale: float | None = None,
     max_faces: int = MOST_FACES,
+    skin: str | None = "auto",
 ) -> PartAnalysis:
     """Read a mesh file and find out what it is and how it is to be laid on the board.
 
@@ -102,13 +107,16 @@ def analyse_part(
         Cells per unit of the file, if it is given.
     max_faces
         More triangles than this are refused.
+    skin
+        Of a thin-walled solid the ``outer`` or the ``inner`` side of its walls, None for all of it; ``auto``: the
+        outer one if it is such a solid.
 
     Raises
     ------
     InputError
-        If the file cannot be read or has no area.
+        If the file cannot be read, has no area, or has no skin where one is asked for.
     """
-    surface = read_surface(path, max_faces)
+    surface, walls = read_surface(path, max_faces, skin)
     regions = flat_regions(surface)
     turned = None if rotate is None else rotation_matrix(rotate) @ (Y_UP if up == "y" else np.eye(3))
     frame = find_frame(surface, regions, turned)
@@ -125,6 +133,8 @@ def analyse_part(
         layout=layout,
         curvature=curvature(surface, regions),
         covered=0.0 if surface.is_closed else covered_share(surface, frame),
+        walls=walls,
+        skin=None if walls is None else "outer" if skin == "auto" else skin,
         unit=_unit(surface, Path(path)),
         setup=setup,
     )
