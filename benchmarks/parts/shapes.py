@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import manifold3d
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
@@ -159,6 +161,20 @@ def _block(low: Point, high: Point) -> trimesh.Trimesh:
 def thick_bracket() -> Array:
     """The L-bracket as it comes from a CAD program, of sheet metal 3 thick: a solid."""
     return np.asarray(_block((0, 0, 0), (80, 50, 3)).union(_block((0, 47, 0), (80, 50, 40))).triangles)
+
+
+def bent_bracket() -> Array:
+    """The same bent about a radius of 4.5 outside."""
+    turns = [(-math.pi / 2 + math.pi / 2 * k / 8) for k in range(9)]
+
+    def profile(radius: float, inward: float) -> list[tuple[float, float]]:
+        arc = [(45.5 + radius * math.cos(turn), 4.5 + radius * math.sin(turn)) for turn in turns]
+        return [(0.0, inward), *arc, (50.0 - inward, 40.0)]
+
+    outline = profile(4.5, 0.0) + profile(1.5, 3.0)[::-1]
+    solid = manifold3d.CrossSection([np.array(outline)]).extrude(80.0).to_mesh()
+    along = np.asarray(solid.vert_properties, dtype=np.float64)[:, [2, 0, 1]]  # it lies as the others do
+    return np.asarray(along[np.asarray(solid.tri_verts)])
 
 
 def thick_lid() -> Array:

@@ -12,6 +12,7 @@ from origami_lab.parts.flat_region import FlatRegion, flat_regions
 from origami_lab.parts.frame import PartFrame, find_frame, is_flat_faced
 from origami_lab.parts.setup import PartLayout, PartSetup, curved_setup, flat_setup, lay_out
 from origami_lab.parts.shape_measures import Curvature, covered_share, curvature
+from origami_lab.parts.sharp_edges import sharpened
 from origami_lab.parts.surface import Array, PartSurface, read_surface
 from origami_lab.targets.mesh_reader import GLTF
 from origami_lab.targets.mesh_target import MOST_FACES, rotation_matrix
@@ -28,6 +29,10 @@ class PartAnalysis:
 
     path: Path
     surface: PartSurface
+    laid: PartSurface
+    """The same with sharp edges in place of roundings between flat panels, by which it is laid on the board."""
+    rounded: float
+    """How far these edges are from the part as it is, units of the file; 0 if there are none."""
     regions: tuple[FlatRegion, ...]
     """Its flat regions, the largest first."""
     frame: PartFrame
@@ -53,7 +58,7 @@ class PartAnalysis:
 
     @property
     def is_flat_faced(self) -> bool:
-        return is_flat_faced(self.surface, self.regions)
+        return is_flat_faced(self.laid, self.regions)
 
     @property
     def holes(self) -> int:
@@ -117,10 +122,12 @@ def analyse_part(
         If the file cannot be read, has no area, or has no skin where one is asked for.
     """
     surface, walls = read_surface(path, max_faces, skin)
-    regions = flat_regions(surface)
+    regions, laid, off = flat_regions(surface), surface, 0.0
+    if not is_flat_faced(surface, regions) and (sharp := sharpened(surface)) is not None:
+        regions, laid, off = sharp.regions, sharp.surface, sharp.off
     turned = None if rotate is None else rotation_matrix(rotate) @ (Y_UP if up == "y" else np.eye(3))
-    frame = find_frame(surface, regions, turned)
-    layout = lay_out(surface, regions, frame, scale)
+    frame = find_frame(laid, regions, turned)
+    layout = lay_out(laid, regions, frame, scale)
     if layout is None:
         setup = curved_setup(surface, frame, scale)
     else:
@@ -128,10 +135,12 @@ def analyse_part(
     return PartAnalysis(
         path=Path(path),
         surface=surface,
+        laid=laid,
+        rounded=off,
         regions=regions,
         frame=frame,
         layout=layout,
-        curvature=curvature(surface, regions),
+        curvature=curvature(laid, regions),
         covered=0.0 if surface.is_closed else covered_share(surface, frame),
         walls=walls,
         skin=None if walls is None else "outer" if skin == "auto" else skin,

@@ -72,6 +72,11 @@ def warnings(part: PartAnalysis) -> Iterator[str]:
             f"its walls are about {part.walls:.3g} units thick: a sheet is to become their {part.skin} side, and"
             f" distances are to that (target.skin={'inner' if part.skin == 'outer' else 'outer'} is the other side)"
         )
+    if part.rounded > 0.0:
+        yield (
+            f"its edges are rounded, and creases are sharp: they come to lie up to {part.rounded:.3g} units outside of"
+            " the bends"
+        )
     if surface.is_closed:
         yield "it is a closed solid: only its outside counts, all of it, its underside too; what is inside is free"
     if part.holes:

@@ -128,8 +128,8 @@ def _points(solid: trimesh.Trimesh, spacing: float) -> tuple[Array, Array, Indic
     if counts.sum() > MOST_POINTS:
         return None
     owners = np.repeat(np.arange(len(areas)), counts)
-    rank = np.arange(len(owners)) - np.repeat(np.cumsum(counts) - counts, counts)
-    u, v = ((0.5 + (rank + 1)[:, None] * GENERALISED_GOLDEN) % 1.0).T  # as even as can be, and never at random
+    rank = np.arange(1, len(owners) + 1)  # goes on from face to face, so that narrow ones side by side differ
+    u, v = ((0.5 + rank[:, None] * GENERALISED_GOLDEN) % 1.0).T
     over = u + v > 1.0
     u, v = np.where(over, 1.0 - u, u), np.where(over, 1.0 - v, v)
     a, b, c = np.moveaxis(np.asarray(solid.triangles)[owners], 1, 0)
@@ -173,7 +173,8 @@ def _two_skins(solid: trimesh.Trimesh, within: Mask, areas: Array, thickness: fl
         return None
     if sizes[first] + sizes[second] < LEAST_SKINS * areas.sum():
         return None
-    outer, inner = (_to_its_rim(solid, within & (piece == one), within) for one in (first, second))
+    skins = [_to_its_rim(solid, within & (piece == one), within) for one in (first, second)]
+    outer, inner = sorted(skins, key=lambda faces: -float(areas[faces].sum()))
     if any(
         (np.unique(solid.edges_sorted.reshape(-1, 3, 2)[one].reshape(-1, 2), axis=0, return_counts=True)[1] == 2).all()
         for one in (outer, inner)
