@@ -199,6 +199,7 @@ PARTS: dict[str, Callable[[], Array]] = {
         *(
             closed_box,
             thick_bracket,
+            bent_bracket,
             thick_lid,
             shallow_dome,
             half_vault,
