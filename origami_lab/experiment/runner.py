@@ -91,7 +91,10 @@ def run_experiment(
             settings = _with_seeds_on_disk(settings, folder, rows)
             todo = tuple(seed for seed in settings.seeds if not is_done(rows.get(seed), settings))
             trouble = _begin(folder, settings, parts)
-            shown = make_display(console, settings.verbosity, todo, settings.budget, draws=settings.files == "all")
+            draws, at_once = settings.files == "all", settings.workers
+            shown = make_display(
+                console, settings.verbosity, todo, settings.budget, draws, settings.minutes, workers=at_once
+            )
             with _Unfailing(shown) as display:
                 if settings.resume and not resumed:
                     display.note(f"nothing to resume in {folder.path} yet: starting")

@@ -14,12 +14,14 @@ from rich.console import Console
 
 from origami_lab.errors import EXIT_FAILED, EXIT_INPUT, EXIT_OK, InputError
 from origami_lab.experiment.api import run_one
-from origami_lab.multirun.jobs_table import jobs_title, table_of_jobs
+from origami_lab.multirun.jobs_table import best_commands, jobs_title, table_of_jobs
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
 
     from origami_lab.workers.interrupts import Interrupts
+
+MULTIRUN, OWN_OPTIONS = ("-m", "--multirun"), ("--config-dir", "-cd")
 
 
 @dataclass
@@ -156,7 +158,7 @@ class Multirun:
             console.print(jobs_title(found, index.experiment), style="italic", highlight=False, soft_wrap=True)
             console.print(table_of_jobs(found, console))
             folder = shlex.quote(str(self.folder))
-            lines = [f"to compare them: origami-lab report {folder}"]
+            lines = [f"to compare them: origami-lab report {folder}", *best_commands(found, self._flags())]
             if self.exit_code:
                 lines.append(f"to go on: {self._going_on()}")
             if self.left_at_once and any((self.folder / job.folder / TRACKING).is_file() for job in index.jobs):
@@ -164,6 +166,13 @@ class Multirun:
             for line in lines:
                 console.print(line, highlight=False, markup=False, soft_wrap=True)
         console.print(str(self.folder), highlight=False, soft_wrap=True)
+
+    def _flags(self) -> list[str]:
+        """The flags that one of its jobs needs by itself: where options of the user's are."""
+        flags = [word for word in self.arguments if word.startswith("-")]
+        values = {flag: self.arguments[k + 1] for k, flag in enumerate(self.arguments[:-1]) if flag in OWN_OPTIONS}
+        words = [[flag, values[flag]] if flag in values else [flag] for flag in flags if flag not in MULTIRUN]
+        return [word for pair in words for word in pair]
 
     def _going_on(self) -> str:
         """The command that finishes the multirun."""
