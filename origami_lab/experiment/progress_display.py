@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from origami_lab.experiment.terminal_table import NARROW
-from origami_lab.experiment.trial import Polishing, Progress
 from origami_lab.experiment.trial_pool import Event, Started
+from origami_lab.experiment.trial_progress import Polishing, Progress
 from origami_lab.experiment.trial_worker import Compiled, Compiling, Failed, Finished
 from origami_lab.runs.trial_row import NO_DESIGN
 from origami_lab.text import duration

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 
     from origami_lab.runs.multirun_folder import JobResult
 
+OF_THE_FOLDER = ("output", "resume", "open")
+"""Settings of a multirun that none of its jobs needs where it runs by itself."""
+
 
 def jobs_title(found: Sequence[JobResult], experiment: str) -> str:
     """The title of the table: all that the jobs have in common."""
@@ -31,7 +34,8 @@ def best_commands(found: Sequence[JobResult], flags: Sequence[str]) -> list[str]
         own = [outcome for outcome in found if outcome.job.task == task and outcome.spread is not None]
         if len(own) > 1:
             best = max(own, key=lambda outcome: outcome.spread.mean if outcome.spread else -math.inf)
-            lines.append(f"best of {task}: {command_text(['origami-lab', *flags, *best.job.overrides])}")
+            words = [word for word in best.job.overrides if word.partition("=")[0].lstrip("+") not in OF_THE_FOLDER]
+            lines.append(f"best of {task}: {command_text(['origami-lab', *flags, *words])}")
     return lines
 
 

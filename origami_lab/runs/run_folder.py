@@ -9,6 +9,7 @@
     summary.json           mean ± std, the best seed, versions, the command
     seed=N/                one finished trial, renamed into place as a whole
     seed=N.error.txt       the traceback of a trial that failed
+    index.html             the page of the run, and in index.data what it shows
     seed=N.checkpoint           a search that is not finished, if its searcher saves itself
 
 Everything visible is whole: it is written under a hidden name first. What a killed run leaves of those is cleared when
@@ -63,7 +64,7 @@ SPARE_BYTES = 2**20
 """Free bytes that rule out a full disk as the cause of a file that failed."""
 
 _LEFTOVER = re.compile(
-    r"\.((config\.yaml|target\.ply|start\.json|trials\.csv|(summary|tracking)\.json|seed=\d+\.(error\.txt|checkpoint))\.\d+|seed=\d+\.(\d+|old))\.tmp"
+    r"\.((config\.yaml|index\.html|target\.ply|start\.json|trials\.csv|(summary|tracking)\.json|seed=\d+\.(error\.txt|checkpoint))\.\d+|seed=\d+\.(\d+|old))\.tmp"
 )
 """Names of what is being written, or was when the run was killed."""
 

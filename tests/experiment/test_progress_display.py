@@ -10,8 +10,8 @@ from rich.console import Console
 
 from origami_lab.experiment import progress_display as progress
 from origami_lab.experiment.progress_display import LiveDisplay, PlainDisplay, QuietDisplay, make_display
-from origami_lab.experiment.trial import Progress
 from origami_lab.experiment.trial_pool import Event, Started, Tick
+from origami_lab.experiment.trial_progress import Progress
 from origami_lab.experiment.trial_worker import Compiled, Compiling, Failed, Finished
 from tests.small_runs import trial_row
 

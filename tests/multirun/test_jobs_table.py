@@ -20,7 +20,7 @@ def result(task: str, method: str, mean: float | None, *more: str) -> JobResult:
 def test_the_best_job_of_each_task_is_a_command_to_copy() -> None:
     found = [
         result("cube", "rdm", -3.0),
-        result("cube", "bfts", -1.0, "task=a b"),
+        result("cube", "bfts", -1.0, "task=a b", "output=m", "resume=true"),
         result("bowl", "rdm", None),
         result("bowl", "lns", -0.5),
     ]
