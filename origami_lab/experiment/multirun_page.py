@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from origami_lab.runs.multirun_folder import PlannedJob
 
 LARGEST_PAGE = 2**26
+MOST_NAMED = 4
+"""Tasks, and searchers, that the heading names."""
 
 
 def write_multirun_page(folder: Path) -> None:
@@ -38,7 +40,7 @@ def multirun_page_text(index: Index, folder: Path) -> str:
     from origami_lab.pages import page_text
 
     tasks, methods = ({getattr(job, kind) for job in index.jobs} for kind in ("task", "method"))
-    common = [next(iter(names)) for names in (tasks, methods) if len(names) == 1]
+    common = [", ".join(sorted(names)) for names in (tasks, methods) if len(names) <= MOST_NAMED]
     values = {
         "kind": "multirun",
         "name": " · ".join([*common, f"{len(index.jobs)} job{'' if len(index.jobs) == 1 else 's'}"]),
@@ -48,13 +50,11 @@ def multirun_page_text(index: Index, folder: Path) -> str:
         "table": TABLE,
         "report": command_text(["origami-lab", "report", str(folder)]),
     }
-    here = Path(__file__).parent
     return page_text(
         __package__,
         "multirun_page.html.jinja",
         values,
-        styles=[here / "run_page.css"],
-        scripts=[here / "page_parts.js", here / "multirun_page.js"],
+        scripts=[Path(__file__).with_name("multirun_page.js")],
     )
 
 

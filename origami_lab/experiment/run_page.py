@@ -196,13 +196,11 @@ def run_page_text(config: Node, folder: Path, command: str) -> str:
         "files": FILES,
         "settings": _settings_in_words(config),
     }
-    here = Path(__file__).parent
     return page_text(
         __package__,
         "run_page.html.jinja",
         values,
-        styles=[here / "run_page.css"],
-        scripts=[here / "page_parts.js", here / "run_page.js"],
+        scripts=[Path(__file__).with_name("run_page.js")],
     )
 
 

@@ -12,6 +12,8 @@ from markupsafe import Markup
 
 HERE = Path(__file__).parent
 STYLE = "base.css"
+PARTS = "page_parts.css", "page_parts.js"
+"""The style and the script that pages share whose data is beside them."""
 
 
 def page_text(
@@ -30,7 +32,8 @@ def page_text(
     package
         The one whose folder holds the template.
     styles, scripts
-        Files of ours that stand in the page as they are, after the style that all pages share.
+        Files of ours that stand in the page as they are, after the style that all pages share; a page with a script
+        gets the parts, too, that such pages have in common.
     filters
         Further ones for the template.
     """
@@ -41,9 +44,10 @@ def page_text(
         keep_trailing_newline=True,
     )
     pages.filters |= {"script_json": lambda value: Markup(script_json(value)), **(filters or {})}
-    return pages.get_template(template).render(
-        **values, style=_joined([HERE / STYLE, *styles]), script=_joined(scripts) if scripts else ""
-    )
+    style, script = [HERE / STYLE, *styles], list(scripts)
+    if scripts:
+        style, script = [HERE / STYLE, HERE / PARTS[0], *styles], [HERE / PARTS[1], *scripts]
+    return pages.get_template(template).render(**values, style=_joined(style), script=_joined(script))
 
 
 def script_json(value: Any) -> str:
