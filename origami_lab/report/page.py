@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 KIND = "report"
 GENERATOR = f'<meta name="generator" content="origami-lab {KIND}">'
 """By which a page is known as one of ours."""
-MOST_SHAPES = 8
+MOST_SHAPES = 7
 """Designs of a task that are seen at once."""
 MOST_NAMED = 6
 """Tasks that the heading names."""
@@ -112,11 +112,11 @@ def _in_short(names: Sequence[str]) -> str:
 def _gallery(content: Content) -> list[tuple[Heading, list[Heading], list[Heading]]]:
     """Of each task the searchers whose designs are seen at once, and the others: where there are many, the best first.
 
-    A searcher has its place also where it has no design: rows are compared.
+    A searcher that was run has its place also where it has no design.
     """
-    rows = list(content.groups.rows)
     found: list[tuple[Heading, list[Heading], list[Heading]]] = []
     for column in content.groups.columns:
+        rows = [row for row, _ in content.groups.column(column)]
         if len(rows) <= MOST_SHAPES:
             found.append((column, rows, []))
             continue

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from origami_lab.report.known_values import Known, KnownValues
@@ -15,6 +15,8 @@ HIGHER, LOWER = "↑", "↓"
 """Ours against the value beside it."""
 DISTANCES = ("vertex", "surface", "sampled")
 PLACES = "places evaluated"
+MOST_LISTED = 12
+"""Cells that a note names; the CSV file has the numbers of all."""
 
 
 @dataclass(frozen=True)
@@ -234,12 +236,22 @@ def _unequal(
     if not counts or (only_if_unequal and len(counts) == 1):
         return []
     usual = max(counts, key=lambda value: (counts[value], value))
-    others: dict[int, list[str]] = {}
-    for (row, column), value in numbers.items():
+    others: dict[int, list[Place]] = {}
+    for place, value in numbers.items():
         if value != usual:
-            others.setdefault(value, []).append(f"{column.label} {row.label}")
-    listed = "".join(f"; {value:,} for {', '.join(names)}" for value, names in sorted(others.items()))
+            others.setdefault(value, []).append(place)
+    listed = "".join(f"; {value:,} for {_named(places, numbers)}" for value, places in sorted(others.items()))
     return [f"{what}: {usual:,}{listed}."]
+
+
+def _named(places: Sequence[Place], every: Iterable[Place]) -> str:
+    """The names of cells: of a whole row, where there are several in it, that of the searcher; not too many."""
+    rows = Counter(row for row, _ in every)
+    here = Counter(row for row, _ in places)
+    whole = {row for row, count in here.items() if count == rows[row] and count > 1}
+    names = list(dict.fromkeys(row.label if row in whole else f"{column.label} {row.label}" for row, column in places))
+    more = f" and {len(names) - MOST_LISTED} more" if len(names) > MOST_LISTED else ""
+    return ", ".join(names[:MOST_LISTED]) + more
 
 
 def _known_notes(cells: Iterable[Cell], asked: Iterable[Known]) -> list[str]:

@@ -77,6 +77,20 @@ def test_what_a_reader_must_know_is_said(four: Path) -> None:
     assert any(note.endswith("not finished, 2 of 3 trials") for note in notes)
 
 
+def test_cells_of_another_budget_are_named_by_their_row_and_not_too_many(tmp_path: Path) -> None:
+    for task in ("cube", "bowl"):
+        for method in ("rdm", "evo", "mcts"):
+            write_run(tmp_path / task / method, task, method, [trial(-1.0)], budget=5000 if method == "evo" else 1000)
+    [table] = return_tables(gather(tmp_path)[1])
+    assert "Budget, in interactions a trial: 1,000; 5,000 for evo." in table.notes
+    for index in range(30):
+        budget = 7000 if index < 14 else 1000
+        write_run(tmp_path / str(index), f"task{index:02}", "rdm", [trial(-1.0)], budget=budget)
+    [table] = return_tables(gather(tmp_path)[1])
+    [note] = [note for note in table.notes if note.startswith("Budget")]
+    assert note.endswith("task11 rdm and 2 more.")
+
+
 def test_each_distance_has_its_table(four: Path) -> None:
     rows = [
         trial(-1.0, return_surface=-1.5, return_sampled=-1.0),
