@@ -18,7 +18,7 @@ function showJobs() {
     const value = found[k]?.best?.cells.return;
     if (value !== undefined) framed[task] = Math.max(framed[task] ?? -Infinity, value);
   });
-  const columns = [{ title: "job" }, { title: "return", number: true }, { title: "best", number: true }, { title: "trials", number: true }, { title: "certificates" }, { title: "" }];
+  const columns = [{ title: "job" }, { title: "return", number: true }, { title: "best", number: true }, { title: "trials", number: true }, { title: "certificates" }, { title: "state" }];
   const rows = known.jobs.map(({ folder, name, task }, k) => {
     const said = found[k];
     const label = said ? link(address(folder, "index.html"), name) : name;

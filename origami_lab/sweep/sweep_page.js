@@ -24,7 +24,7 @@ function showBest(best) {
 
 function showHeldOut({ seeds, budget, settings }) {
   const names = Object.keys(settings);
-  const columns = [{ title: "settings" }, { title: "return", number: true }, { title: "the best is better by", number: true }, { title: "95 % interval", number: true }, { title: "p", number: true }, { title: "" }];
+  const columns = [{ title: "settings" }, { title: "return", number: true }, { title: "the best is better by", number: true }, { title: "95 % interval", number: true }, { title: "p", number: true }, { title: "verdict" }];
   const rows = names.map((name) => {
     const { returns, difference } = settings[name];
     const digits = spread({ ...returns, std: returns.std ?? 0 }).split(" ")[0].split(".")[1]?.length ?? 0;
@@ -47,7 +47,7 @@ function showHistory(entries) {
 
 function showTable(entries) {
   const odd = entries.some(({ reason }) => reason);
-  const columns = [{ title: "trial" }, { title: "mean return", number: true }, { title: "state" }, ...known.space.map((title) => ({ title, number: true })), { title: "seconds", number: true }, ...(odd ? [{ title: "" }] : [])];
+  const columns = [{ title: "trial" }, { title: "mean return", number: true }, { title: "state" }, ...known.space.map((title) => ({ title, number: true })), { title: "seconds", number: true }, ...(odd ? [{ title: "reason" }] : [])];
   const rows = [...entries].sort((a, b) => a.trial - b.trial).map(({ trial, returns, state, point, seconds, reason }) => ({
     best: trial === now.best?.trial,
     cells: [link(address("trials", String(trial).padStart(4, "0"), "index.html"), String(trial)), returns ? spread(returns) : "–", state, ...known.space.map((name) => short(point[name] ?? "")), number(seconds, 0), ...(odd ? [reason] : [])],
