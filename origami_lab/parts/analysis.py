@@ -8,10 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
+from origami_lab.lengths import MILLIMETRES
 from origami_lab.parts.flat_region import FlatRegion, flat_regions
 from origami_lab.parts.frame import PartFrame, find_frame, is_flat_faced
 from origami_lab.parts.setup import PartLayout, PartSetup, curved_setup, flat_setup, lay_out
 from origami_lab.parts.shape_measures import Curvature, covered_share, curvature
+from origami_lab.parts.sharp_edges import sharpened
 from origami_lab.parts.surface import Array, PartSurface, read_surface
 from origami_lab.targets.mesh_reader import GLTF
 from origami_lab.targets.mesh_target import MOST_FACES, rotation_matrix
@@ -19,7 +21,6 @@ from origami_lab.targets.target import Target
 
 Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """What ``target.up=y`` does."""
-MILLIMETRES = {"mm": 1.0, "m": 1000.0}
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +29,10 @@ class PartAnalysis:
 
     path: Path
     surface: PartSurface
+    laid: PartSurface
+    """The same with sharp edges in place of roundings between flat panels, by which it is laid on the board."""
+    rounded: float
+    """How far these edges are from the part as it is, units of the file; 0 if there are none."""
     regions: tuple[FlatRegion, ...]
     """Its flat regions, the largest first."""
     frame: PartFrame
@@ -38,8 +43,12 @@ class PartAnalysis:
     """How its curved parts bend."""
     covered: float
     """The part of an open surface that lies under another part of it, seen from above as it lies on the board."""
+    walls: float | None
+    """The thickness of the walls, units of the file, if it is a thin-walled solid of which one skin is taken."""
+    skin: str | None
+    """Which skin that is, ``outer`` or ``inner``."""
     unit: str
-    """The unit that its size suggests: ``mm`` or ``m``; a glTF file's is metres."""
+    """The file's unit as it was given, else the one that its size suggests: ``mm`` or ``m``; of glTF metres."""
     setup: PartSetup
 
     @property
@@ -49,7 +58,7 @@ class PartAnalysis:
 
     @property
     def is_flat_faced(self) -> bool:
-        return is_flat_faced(self.surface, self.regions)
+        return is_flat_faced(self.laid, self.regions)
 
     @property
     def holes(self) -> int:
@@ -58,7 +67,7 @@ class PartAnalysis:
 
     @property
     def cell(self) -> float:
-        """A board cell, in millimetres if the guess of the unit is right."""
+        """A board cell, in millimetres if the unit is right."""
         return MILLIMETRES[self.unit] / self.setup.scale
 
     @property
@@ -87,6 +96,9 @@ def analyse_part(
     rotate: Sequence[float] | None = None,
     scale: float | None = None,
     max_faces: int = MOST_FACES,
+    skin: str | None = "auto",
+    unit: str = "auto",
+    cell: float | None = None,
 ) -> PartAnalysis:
     """Read a mesh file and find out what it is and how it is to be laid on the board.
 
@@ -102,17 +114,29 @@ def analyse_part(
         Cells per unit of the file, if it is given.
     max_faces
         More triangles than this are refused.
+    skin
+        Of a thin-walled solid the ``outer`` or the ``inner`` side of its walls, None for all of it; ``auto``: the
+        outer one if it is such a solid.
+    unit
+        That of the file: ``mm``, ``cm``, ``m`` or ``in``; ``auto``: by its kind and size.
+    cell
+        The length of a board cell in millimetres, if it is given: ``scale`` is then a factor on the true size.
 
     Raises
     ------
     InputError
-        If the file cannot be read or has no area.
+        If the file cannot be read, has no area, or has no skin where one is asked for.
     """
-    surface = read_surface(path, max_faces)
-    regions = flat_regions(surface)
+    surface, walls = read_surface(path, max_faces, skin)
+    unit = _unit(surface, Path(path)) if unit == "auto" else unit
+    if cell is not None:
+        scale = (1.0 if scale is None else float(scale)) * MILLIMETRES[unit] / cell
+    regions, laid, off = flat_regions(surface), surface, 0.0
+    if not is_flat_faced(surface, regions) and (sharp := sharpened(surface)) is not None:
+        regions, laid, off = sharp.regions, sharp.surface, sharp.off
     turned = None if rotate is None else rotation_matrix(rotate) @ (Y_UP if up == "y" else np.eye(3))
-    frame = find_frame(surface, regions, turned)
-    layout = lay_out(surface, regions, frame, scale)
+    frame = find_frame(laid, regions, turned)
+    layout = lay_out(laid, regions, frame, scale)
     if layout is None:
         setup = curved_setup(surface, frame, scale)
     else:
@@ -120,12 +144,16 @@ def analyse_part(
     return PartAnalysis(
         path=Path(path),
         surface=surface,
+        laid=laid,
+        rounded=off,
         regions=regions,
         frame=frame,
         layout=layout,
-        curvature=curvature(surface, regions),
+        curvature=curvature(laid, regions),
         covered=0.0 if surface.is_closed else covered_share(surface, frame),
-        unit=_unit(surface, Path(path)),
+        walls=walls,
+        skin=None if walls is None else "outer" if skin == "auto" else skin,
+        unit=unit,
         setup=setup,
     )
 

@@ -10,6 +10,7 @@ from origami_lab.parts.analysis import PartAnalysis
 
 COVERED, FULL, TIGHT = 0.05, 0.6, 0.1
 """Parts of an area from which a warning is worth it: under something else, of the largest sheet, bent too tightly."""
+UNIT_WORDS = {"mm": "millimetres", "cm": "centimetres", "m": "metres", "in": "inches"}
 GROUP_WORDS = {
     "none": "none",
     "y": "left and right are mirror images",
@@ -40,6 +41,8 @@ def lies(part: PartAnalysis) -> str:
 def kind_words(part: PartAnalysis) -> str:
     """What sort of part it is."""
     form = f"flat-faced, {len(part.regions)} faces" if part.is_flat_faced else "curved"
+    if part.skin is not None:
+        return f"{form}, the {part.skin} skin of a solid with thin walls"
     return f"{form}, {'a closed solid' if part.surface.is_closed else 'an open surface'}"
 
 
@@ -65,6 +68,16 @@ def warnings(part: PartAnalysis) -> Iterator[str]:
     surface, layout, setup = part.surface, part.layout, part.setup
     if surface.bodies > 1:
         yield f"it has {surface.bodies} pieces that do not hang together; one sheet is to become all of them"
+    if part.walls is not None:
+        yield (
+            f"its walls are about {part.walls:.3g} units thick: a sheet is to become their {part.skin} side, and"
+            f" distances are to that (target.skin={'inner' if part.skin == 'outer' else 'outer'} is the other side)"
+        )
+    if part.rounded > 0.0:
+        yield (
+            f"its edges are rounded, and creases are sharp: they come to lie up to {part.rounded:.3g} units outside of"
+            " the bends"
+        )
     if surface.is_closed:
         yield "it is a closed solid: only its outside counts, all of it, its underside too; what is inside is free"
     if part.holes:
@@ -108,7 +121,7 @@ def facts(part: PartAnalysis) -> list[tuple[str, str]]:
     surface, setup = part.surface, part.setup
     unit = part.unit
     sizes = " × ".join(f"{length:.4g}" for length in part.extent)
-    guess = f"taken for {'millimetres' if unit == 'mm' else 'metres'}"
+    guess = f"taken for {UNIT_WORDS[unit]}"
     pieces = f"{surface.bodies} piece{'s' * (surface.bodies != 1)}, {len(surface.faces)} triangles"
     rims = "no open edge" if surface.is_closed else f"{surface.rims} rim{'s' * (surface.rims != 1)}"
     share = part.area_cells / part.board_cells
@@ -134,6 +147,6 @@ def _cells(part: PartAnalysis) -> str:
     return " × ".join(f"{length * part.setup.scale:.4g}" for length in part.extent)
 
 
-def command(part: PartAnalysis, path: str) -> str:
-    """The command to run."""
-    return shlex.join(["origami-lab", "target=mesh", f"target.path={path}", "seed=0..4"])
+def command(part: PartAnalysis, path: str, *given: str) -> str:
+    """The command to run, with settings that were given."""
+    return shlex.join(["origami-lab", "target=mesh", f"target.path={path}", *given, "seed=0..4"])
