@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
+from origami_lab.commands import COMMANDS
 from origami_lab.config.explained_options import (
     ExplainedGroup,
     ExplainedOption,
@@ -34,6 +35,7 @@ COMMAND_LINES = {
     "simplify": ("simplify DIR", "take out the creases that a design does not need"),
     "verify": ("verify FILE.fold", "a certificate for a design, or what is wrong with it"),
     "export": ("export FILE.fold --to FORMAT", "svg, dxf, cp, stl, glb, html, a sheet to cut ..."),
+    "studio": ("studio", "design by hand in the browser, with searchers as partners"),
     "doctor": ("doctor", "what may keep experiments from running here"),
 }
 """What is typed, and what it does, by command."""
@@ -102,7 +104,7 @@ def _first_page(own: Sequence[Path]) -> list[str]:
         *_columns([(f"origami-lab {typed}", words) for typed, words in EXAMPLES]),
         "",
         "Commands (each has its own --help)",
-        *_columns([(f"origami-lab {typed}", words) for typed, words in COMMAND_LINES.values()]),
+        *_columns([(f"origami-lab {typed}", words) for typed, words in _command_lines()]),
         *_columns([("origami-lab RUN/config.yaml", "run a finished experiment's configuration again")], 42),
         "",
         "Groups and their options (--help target: what they are; what you choose brings the settings that suit it)",
@@ -117,6 +119,16 @@ def _first_page(own: Sequence[Path]) -> list[str]:
         "Exit codes: 0 done, 1 a trial failed, 2 wrong input (one line says what would be right), 70 an error of the",
         "program itself, 130 interrupted.",
     ]
+
+
+def _command_lines() -> list[tuple[str, str]]:
+    """What is typed for each command, and what it does."""
+    return [COMMAND_LINES.get(name, (name, "")) for name in sorted(COMMANDS, key=_place)]
+
+
+def _place(command: str) -> int:
+    """Its place in the list above."""
+    return list(COMMAND_LINES).index(command) if command in COMMAND_LINES else len(COMMAND_LINES)
 
 
 def _group_line(group: ExplainedGroup) -> str:

@@ -112,7 +112,7 @@ class RunPage:
         self._tally, self._to_add = Tally(), list[TrialRow]()
         self._page: PageFolder | None = None
         self._written = time.monotonic()
-        self._began = False
+        self._began = self._tried = False
 
     def begin(self, rows: Iterable[TrialRow]) -> None:
         """Take in the trials of an earlier part of the run."""
@@ -122,9 +122,9 @@ class RunPage:
         """Take in how far a trial is, and write the page if it is time to."""
         if isinstance(event, Progress | Polishing):
             self.running.setdefault(event.seed, Running()).take(event)
-        elif not self._began and time.monotonic() - self._written < EVERY_SECONDS:
-            return  # a worker is about to begin: that comes first
-        if not self._began or time.monotonic() - self._written >= EVERY_SECONDS:
+        waited = time.monotonic() - self._written >= EVERY_SECONDS
+        # before the first progress a worker is about to begin: that comes first
+        if waited or (not self._tried and isinstance(event, Progress | Polishing)):
             self.write(RUNNING)
 
     def end(self, row: TrialRow) -> None:
@@ -134,7 +134,7 @@ class RunPage:
 
     def write(self, state: str) -> None:
         """Write the page as things stand."""
-        self._written = time.monotonic()
+        self._written, self._tried = time.monotonic(), True
         with suppress(OSError):
             page = self._opened()
             self._add(page)

@@ -124,7 +124,7 @@ def test_the_page_is_written_every_two_seconds_at_most(tmp_path: Path, monkeypat
 
 
 def _noted(page: RunPage, now: float) -> None:
-    page._written, page._began = now, True
+    page._written, page._tried = now, True
 
 
 def test_what_a_running_trial_has_found_is_on_the_page(tmp_path: Path) -> None:
@@ -166,6 +166,19 @@ def test_a_page_that_cannot_be_written_costs_nothing(tmp_path: Path) -> None:
     write_run_page(tmp_path / "no run")
     assert not (folder / "index.html").exists()
     assert list((tmp_path / "no run").iterdir()) == []
+
+
+def test_a_page_that_cannot_be_written_is_not_tried_at_every_event(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = write_run(tmp_path / "run", "cube", "rdm", [trial(-1.0)])
+    (folder / "index.data").write_text("in the way")
+    asked: list[int] = []
+    monkeypatch.setattr(run_page, "run_page_text", lambda *arguments: asked.append(1) or "")
+    page = RunPage(RunFolder(folder), RunFolder(folder).config(), 1, "")
+    for step in range(1000):
+        page.take(Progress(0, step, None))
+    assert len(asked) <= 2
 
 
 def test_no_report_takes_the_page_of_a_run_for_its_own(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
