@@ -52,7 +52,7 @@ from origami_lab.runs.trial_row import (
     spreads,
 )
 from origami_lab.tracking.descriptions import Artifacts, experiment_note, run_name, run_note, trial_note
-from origami_lab.tracking.mean_curve import mean_curve
+from origami_lab.tracking.learning_curve import mean_curve
 from origami_lab.tracking.mlflow_limits import LONGEST_NAME, fitting
 from origami_lab.tracking.mlflow_log import CONTENT, PARENT, Logged, MlflowLog, digest, metrics_of
 from origami_lab.tracking.moved_store import address_note, noted_store

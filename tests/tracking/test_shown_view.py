@@ -23,7 +23,7 @@ from origami_lab.tracking.descriptions import (
     trial_note,
 )
 from origami_lab.tracking.experiment_runs import ExperimentRuns
-from origami_lab.tracking.mean_curve import mean_curve
+from origami_lab.tracking.learning_curve import mean_curve
 from origami_lab.tracking.mlflow_limits import LONGEST_TAG
 from origami_lab.tracking.mlflow_server import newest_page
 from origami_lab.tracking.shown_view import NOTE, TAG, address, experiment_view, study_view
