@@ -133,7 +133,7 @@ def dashboard(store: str) -> Iterator[str]:
     try:
         assert process.stdout is not None
         address = next(line.split()[0] for line in process.stdout if line.startswith("http"))
-        yield address
+        yield address.partition("/#")[0]
     finally:
         process.send_signal(signal.SIGINT)
         process.wait()

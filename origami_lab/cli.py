@@ -25,9 +25,9 @@ FLAGS_WITH_VALUE = (
     *("--config-path", "-cp", "--config-name", "-cn", "--config-dir", "-cd"),
     *("--cfg", "-c", "--package", "-p", "--info", "-i", "--experimental-rerun"),
 )
+HELP = {"--help", "-h"}
 FLAGS = (
-    "--help",
-    "-h",
+    *HELP,
     "--hydra-help",
     "--resolve",
     "--run",
@@ -93,6 +93,11 @@ def _dispatch(arguments: list[str]) -> int:
         rest = list(arguments)
         rest.remove(words[0])
         return int(import_module(f"origami_lab.commands.{words[0]}").main(rest))
+    if HELP & set(flags):
+        from origami_lab.commands.help_pages import help_text
+
+        print(help_text([*(word for word in words if word not in flags), *overrides], flags))
+        return 0
     configuration = len(words) == 1 and words[0].endswith((".yaml", ".yml"))
     if words and not configuration:  # before its flags, which are another command's perhaps
         raise _no_command(words[0])

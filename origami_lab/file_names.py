@@ -11,6 +11,9 @@ TRIALS = "trials.csv"
 SUMMARY = "summary.json"
 TRACKING = "tracking.json"
 
+PAGE, PAGE_DATA = "index.html", "index.data"
+"""The page of a run, a multirun or a sweep, and the folder of what it shows."""
+
 RESULT = "result.json"
 BEST = "best.fold"
 MOTION = "motion.fold"

@@ -32,6 +32,13 @@ def command_text(command: Sequence[str]) -> str:
     return shlex.join(hidden(hidden_word(word)) for word in command)
 
 
+def duration(seconds: float) -> str:
+    """A length of time in the unit that suits it, for what is not known more exactly."""
+    if seconds < 90:
+        return f"{max(seconds, 1.0):.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
+
+
 def first_line(text: str) -> str:
     """The first line of a message that is not empty."""
     lines = [line.strip() for line in text.splitlines() if line.strip()]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import webbrowser
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,6 +21,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--uri", help="any MLflow store instead, e.g. sqlite:///other.db")
     parser.add_argument("--host", default="127.0.0.1", help="address to listen on (default: this machine only)")
     parser.add_argument("--port", type=int, default=5000, help="port to listen on (default: 5000)")
+    parser.add_argument("--open", action="store_true", help="open the newest run's experiment in a browser")
     parser.add_argument(
         "--sync",
         nargs="+",
@@ -42,7 +44,13 @@ def main(arguments: Sequence[str]) -> int:
     above = options.uri is None and file is not None and not file.is_relative_to(directory.absolute())
     where = f"; there is none in {directory.absolute()}" if above else ""
     print(f"starting MLflow on {shown(store)}{where} ...", flush=True)
-    code, reason = serve_dashboard(store, options.host, options.port, lambda line: print(line, flush=True))
+
+    def opens(address: str) -> None:
+        webbrowser.open(address)
+
+    code, reason = serve_dashboard(
+        store, options.host, options.port, lambda line: print(line, flush=True), opens if options.open else None
+    )
     if reason:
         print(f"error: {reason}", file=sys.stderr)
     return code

@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import os
 import sys
-import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, redirect_stdout
 from pathlib import Path
@@ -33,7 +32,6 @@ RERUN_SETTINGS = (
 def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
     """Compose the configuration and run one experiment, or several with ``-m``; returns the exit code."""
     import hydra
-    from omegaconf import OmegaConf
 
     from origami_lab.config.checked_files import check_typed, only_checked_files
     from origami_lab.config.compose import hydra_words, known_keys, working_directory_importable
@@ -82,7 +80,6 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
             stack.enter_context(_as_hydra_sees_it([*ours, *words, *flags]))
             stack.enter_context(only_checked_files())
             stack.enter_context(working_directory_importable())
-            OmegaConf.register_new_resolver("origami_lab_keys", _key_lines, replace=True)
             run_it = hydra.main(config_path=str(config_dir()), config_name=CONFIG_NAME, version_base="1.3")(task)
             if any(flag.startswith(("--cfg", "-c", "--info", "-i")) for flag in flags):
                 _show_without_secrets(run_it)
@@ -110,17 +107,6 @@ def _show_without_secrets(show: Callable[[], object]) -> None:
             show()
     finally:
         print("\n".join(map(hidden, shown.getvalue().split("\n"))), end="")
-
-
-def _key_lines() -> str:
-    """The keys with what they mean, for --help."""
-    from origami_lab.config.option_files import explained_keys
-
-    lines = []
-    for key, text in explained_keys().items():
-        first, *more = textwrap.wrap(text, 90)
-        lines += [f"  {key:<24} {first}", *(f"{'':<26} {line}" for line in more)]
-    return "\n".join(lines)
 
 
 def rerun(word: str, overrides: Sequence[str], flags: Sequence[str]) -> int:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from origami_lab.commands.parser import Parser
 from origami_lab.errors import EXIT_FAILED
+from origami_lab.file_names import PAGE
 from origami_lab.files import expanded
 
 EPILOG = """\
@@ -32,8 +33,8 @@ def main(arguments: Sequence[str]) -> int:
     from rich.console import Console
 
     from origami_lab.config.compose import working_directory_importable
+    from origami_lab.sweep.findings_table import show_findings
     from origami_lab.sweep.storage import StorageError
-    from origami_lab.sweep.summary import PAGE
     from origami_lab.sweep.sweep_config import read_declaration
     from origami_lab.sweep.sweep_runner import run_sweep
     from origami_lab.sweep.tracking import store_of_study
@@ -48,9 +49,11 @@ def main(arguments: Sequence[str]) -> int:
         print(f"error: {error}", file=sys.stderr)
         return EXIT_FAILED
     if sweep.summary and not options.quiet:
-        print((sweep.folder / PAGE).read_text(encoding="utf-8").partition("![")[0].rstrip())
+        show_findings(Console(), sweep.summary)
         if declaration.tracking.kind == "mlflow":
-            print(f"to look at it: {how_to_look(store_of_study(declaration))}")
+            print(f"to compare its trials: {how_to_look(store_of_study(declaration))}")
+        if (sweep.folder / PAGE).is_file():
+            print(f"all of it: {sweep.folder / PAGE}")
     print(sweep.folder)
     return sweep.exit_code
 

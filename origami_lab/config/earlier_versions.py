@@ -72,6 +72,7 @@ LATER_KEYS: dict[str, Any] = {
     **{"min_crease_length": None, "min_sector_angle": None, "min_panel_width": None},
     **{"cell": None, "sheet": None, "thickness": None},
     **{"target_return": None, "minutes": None, "stages": []},
+    "open": False,
     "trust": [],  # never in a file
 }
 """Settings that came later → what a run meant that does not have them."""

@@ -13,7 +13,7 @@ Node = Mapping[str, Any]
 
 FREE_TO_CHANGE = (
     *("seed", "workers", "files", "objective_seconds", "tracking", "output", "resume", "verbosity"),
-    *("folder_format", "report_order", "trust", "polish", "polish_seconds", "polish_simplify"),
+    *("folder_format", "report_order", "trust", "polish", "polish_seconds", "polish_simplify", "open"),
 )
 """Keys that may differ between a run and its resumption: they do not change what a trial finds."""
 OF_STAGES = ("budget", "target_return", "minutes", "stages")

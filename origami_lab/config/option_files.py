@@ -40,7 +40,7 @@ def config_dir() -> Path:
     """
     for place in (PACKAGE.parent / "conf", PACKAGE / "conf"):
         # the second file: a folder conf/ beside an installed package may be somebody else's
-        if (place / f"{CONFIG_NAME}.yaml").is_file() and (place / "hydra/help/origami_lab.yaml").is_file():
+        if (place / f"{CONFIG_NAME}.yaml").is_file() and (place / "search/lns.yaml").is_file():
             return place
     raise FileNotFoundError(f"no configuration files beside or in {PACKAGE}")
 
@@ -132,15 +132,15 @@ def own_keys(group: str, option: str) -> list[str]:
 
 def explained_keys() -> dict[str, str]:
     """All keys of the configuration with the comments above them in its files; of several options the first counts."""
-    found = _explained(config_dir() / f"{CONFIG_NAME}.yaml", "")
+    found = explained_in(config_dir() / f"{CONFIG_NAME}.yaml", "")
     for group, folder in groups().items():
         if group not in {"hydra", CONFIG_NAME, *KEYLESS}:
             for name in options_of(folder):
-                found = {**_explained(folder / f"{name}.yaml", group), **found}
+                found = {**explained_in(folder / f"{name}.yaml", group), **found}
     return dict(sorted(found.items()))
 
 
-def _explained(file: Path, group: str) -> dict[str, str]:
+def explained_in(file: Path, group: str) -> dict[str, str]:
     """The keys of one file that have a comment above them; several in a row may share one.
 
     The comment at the top of a file is about the file.
@@ -154,7 +154,9 @@ def _explained(file: Path, group: str) -> dict[str, str]:
     fresh = True
     for line in lines[top:]:
         key = re.match(r"( *)(\w+):(.*)", line)
-        if line.lstrip().startswith("#"):
+        if line.lstrip().startswith("# ---"):  # the heading of a section
+            comment, fresh = [], True
+        elif line.lstrip().startswith("#"):
             comment, fresh = [*([] if fresh else comment), line.lstrip("# ")], False
         elif key is None:
             comment, fresh = [], True

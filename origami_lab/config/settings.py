@@ -88,6 +88,8 @@ class Settings:
     """Width and height of what is cut from, in millimetres."""
     thickness: Annotated[float | None, Millimetres()] = None
     """Of what is folded, in millimetres."""
+    open_page: Annotated[bool, Flag()] = False
+    """Whether the run's page is opened in a browser once it begins."""
     trust: Annotated[tuple[str, ...], Packages()] = ()
     """Installed packages whose code a ``_target_`` may name; never in a file."""
     left_open: tuple[str, ...] = ()
@@ -124,7 +126,8 @@ def read_settings(config: DictConfig) -> Settings:
         checked["seeds"] = values["seed"] if checked["seeds_given"] else 0
     if values.get("workers") == "auto":  # one a core
         checked["workers"] = usable_cores()
-    settings = check(Settings, checked, {"seeds": "seed"})
+    checked["open_page"] = checked.pop("open", False)
+    settings = check(Settings, checked, {"seeds": "seed", "open_page": "open"})
     if settings.target is None and "target" in settings.objective:
         raise InputError("target", "none", f"this objective needs a target: {_targets()}")
     written = with_resolved_up(_with_absolute_paths({key: value for key, value in values.items() if key != "trust"}))

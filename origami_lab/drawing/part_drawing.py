@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -119,16 +120,11 @@ def part_page(
     part: PartAnalysis, picture: bytes, facts: Sequence[tuple[str, str]], warnings: Sequence[str], command: str
 ) -> str:
     """One page, which loads nothing from elsewhere: what was found, the picture, the part to turn, and the command."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
+    from origami_lab.pages import page_text
 
     target = part.target()
-    pages = Environment(
-        loader=PackageLoader("origami_lab.drawing", "."),
-        autoescape=select_autoescape(default=True),
-        undefined=StrictUndefined,
-        keep_trailing_newline=True,
-    )
     values: dict[str, Any] = {
+        "kind": "check",
         "name": part.path.name,
         "picture": base64.b64encode(picture).decode("ascii"),
         "facts": facts,
@@ -136,4 +132,5 @@ def part_page(
         "command": command,
         "viewer": viewer_page(start_sheet(part), TargetSurface(np.array(target.vertices), np.array(target.faces))),
     }
-    return pages.get_template("part_check.html.jinja").render(values)
+    style = Path(__file__).with_name("part_check.css")
+    return page_text("origami_lab.drawing", "part_check.html.jinja", values, styles=[style])

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import base64
-import json
 import math
 import os
 from collections.abc import Sequence
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -44,21 +42,20 @@ def viewer_page(
     script
         Where the page finds :func:`viewer_script`, for many pages in one folder; None to have it in the page.
     """
-    document = _document(fold, target, frame or fold.best)
-    parts = {
-        "TITLE": escape(fold.title or "rigid origami"),
-        "STYLE": _read("page.css"),
-        "FACTS": "".join(f"<div><dt>{escape(key)}</dt><dd>{escape(value)}</dd></div>" for key, value in _facts(fold)),
-        # inside a script element only "</" could end it, and "<!--" confuse
-        "DESIGN": json.dumps(document, separators=(",", ":")).replace("<", "\\u003c"),
-        "LICENCE": _read("LICENSE-three.txt").replace("--", "- -"),
-        "SCRIPT": f"<script>\n{viewer_script()}</script>"
-        if script is None
-        else f'<script src="{escape(script)}"></script>',
+    from markupsafe import Markup
+
+    from origami_lab.pages import page_text, script_json
+
+    values = {
+        "kind": "design",
+        "title": fold.title or "rigid origami",
+        "facts": _facts(fold),
+        "design": Markup(script_json(_document(fold, target, frame or fold.best))),
+        "licence": Markup(_read("LICENSE-three.txt").replace("--", "- -")),
+        "source": script,
+        "code": Markup(viewer_script()) if script is None else "",
     }
-    page = _read("page.html")
-    pieces = page.split("@")  # a name, then what follows it, in turns: nothing that is filled in is looked at again
-    return "".join(parts[piece] if k % 2 else piece for k, piece in enumerate(pieces))
+    return page_text("origami_lab.drawing", "viewer_page/page.html.jinja", values, styles=[_PAGE / "page.css"])
 
 
 def viewer_script() -> str:

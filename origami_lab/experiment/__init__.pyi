@@ -2,7 +2,8 @@
 
 from .api import run
 from .runner import Experiment, run_experiment
-from .trial import Progress, run_trial
+from .trial import run_trial
+from .trial_progress import Progress
 
 __all__ = [
     "Experiment",

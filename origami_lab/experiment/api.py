@@ -76,6 +76,8 @@ def show_results(console: Console, settings: Settings, experiment: Experiment) -
         places_line,
         polish_lines,
         summary_table,
+        surface_line,
+        where_lines,
     )
     from origami_lab.tracking.store import how_to_look
     from origami_lab.tracking.tracker import store_of
@@ -83,12 +85,12 @@ def show_results(console: Console, settings: Settings, experiment: Experiment) -
     title = f"{settings.task} · {settings.method} · {settings.budget:,} interactions a trial"
     console.print(summary_table(experiment.rows, title, console.width))
     rows = experiment.rows
-    said = (*figure_lines(rows), *end_lines(rows), *certificate_lines(rows), *polish_lines(rows))
-    for line in (*said, places_line(rows), hint(rows)):
-        if line:
-            console.print(line, highlight=False, soft_wrap=True)
+    lines = [*end_lines(rows), *certificate_lines(rows), places_line(rows), surface_line(rows), hint(rows)]
     if settings.tracking.kind == "mlflow":
-        console.print(f"to look at it: {how_to_look(store_of(settings, experiment.folder))}", highlight=False)
+        lines.append(f"to compare it: {how_to_look(store_of(settings, experiment.folder))}")
+    for line in (*lines, *figure_lines(rows), *polish_lines(rows), *where_lines(rows, experiment.folder)):
+        if line:
+            console.print(line, highlight=False, markup=False, soft_wrap=True)
 
 
 def _checked(overrides: Sequence[str]) -> list[str]:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from origami_lab.experiment.terminal_table import NARROW
-from origami_lab.experiment.trial import Polishing, Progress
 from origami_lab.experiment.trial_pool import Event, Started
+from origami_lab.experiment.trial_progress import Polishing, Progress
 from origami_lab.experiment.trial_worker import Compiled, Compiling, Failed, Finished
 from origami_lab.runs.trial_row import NO_DESIGN
+from origami_lab.text import duration
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -21,6 +23,8 @@ if TYPE_CHECKING:
 LINE_EVERY = 10.0
 SHOWN = 12
 """Trials that the live table shows at a time."""
+MANY = 10
+"""Trials from which it is worth saying how long their pictures took."""
 
 
 @dataclass
@@ -31,8 +35,16 @@ class _Trial:
     best: float | None = None
     status: str = "waiting"
     rate: float = 0.0
+    searched: float = 0.0
+    """Seconds of its search."""
+    draws_since: float | None = None
+    """When its search had ended."""
     polished: tuple[int, float] = (0, 0.0)
     """Steps of its polish, and the best return so far."""
+
+    @property
+    def ended(self) -> bool:
+        return self.status != "waiting" and not self.running
 
     @property
     def running(self) -> bool:
@@ -82,9 +94,19 @@ class QuietDisplay:
 class PlainDisplay(QuietDisplay):
     """One line a finished trial, and one for the running ones every few seconds: for logs."""
 
-    def __init__(self, console: Console, seeds: Sequence[int], budget: int, draws: bool = True) -> None:
+    def __init__(
+        self,
+        console: Console,
+        seeds: Sequence[int],
+        budget: int,
+        draws: bool = True,
+        minutes: float | None = None,
+        workers: int = 1,
+    ) -> None:
         super().__init__(console)
-        self.budget, self.draws = budget, draws
+        self.budget, self.draws, self.minutes, self.workers = budget, draws, minutes, workers
+        self.drawn: list[float] = []
+        """Seconds from the end of a trial's search until it was on disk."""
         self.trials = {seed: _Trial() for seed in seeds}
         self.last_line = time.monotonic()
         self.warm = self.announced = self.compiled = False
@@ -115,15 +137,17 @@ class PlainDisplay(QuietDisplay):
                 self.trials[seed].status = "running"
             case Compiling():
                 self.announced = True
-                self.say("compiling the kernels: less than a minute, the first time only")
+                self.say("compiling the kernels, the first time only")
             case Compiled(seconds):
                 self.warm = True
                 self._say_compiled(f" in {seconds:.0f} s")
             case Progress(seed, interactions, best, seconds):
                 trial = self.trials[seed]
                 self.warm = True
-                trial.interactions, trial.best = interactions, best
+                trial.interactions, trial.best, trial.searched = interactions, best, seconds
                 trial.rate = interactions / max(seconds, 1e-3)
+                if interactions >= self.budget and trial.draws_since is None:
+                    trial.draws_since = time.monotonic()
             case Polishing(seed, steps, best):
                 self.trials[seed].status, self.trials[seed].polished = "polishing", (steps, best)
                 self.warm = self.warm or steps > 0
@@ -134,12 +158,43 @@ class PlainDisplay(QuietDisplay):
                     row.return_,
                     row.status,
                 )
-                trial.rate = row.interactions_per_second or 0.0
+                trial.rate, trial.searched = row.interactions_per_second or 0.0, row.seconds or 0.0
+                if trial.draws_since is not None and row.polish is None:
+                    self.drawn.append(time.monotonic() - trial.draws_since)
                 self._say_compiled()
                 for warning in warnings:
                     self.say(f"warning: seed {seed}: {warning}")
+                if all(trial.ended for trial in self.trials.values()):
+                    self._say_what_pictures_took()
             case Failed(seed, reason):
                 self.trials[seed].status = f"failed: {reason}"
+
+    def _say_what_pictures_took(self) -> None:
+        """Say how to do without pictures, where many trials spent most of their time on them."""
+        searched = sum(trial.searched for trial in self.trials.values())
+        if self.draws and len(self.drawn) >= MANY and sum(self.drawn) > searched:
+            each, whole = sum(self.drawn) / len(self.drawn), searched / len(self.trials)
+            self.note(
+                f"pictures, viewer and certificate took {each:.1f} s a trial, its search {whole:.1f} s: files=designs"
+                " leaves them out; export, verify and report make them later"
+            )
+
+    def seconds_left(self) -> float | None:
+        """How long the trials will take from now on, about; None before anything can be said of it."""
+        paces = {seed: trial.rate for seed, trial in self.trials.items() if trial.running and trial.rate > 0}
+        if not paces:
+            return None
+        drawing = sum(self.drawn) / len(self.drawn) if self.drawn else 0.0
+        most = math.inf if self.minutes is None else 60 * self.minutes
+        left = [
+            max(min((self.budget - trial.interactions) / paces[seed], most - trial.searched), 0.0) + drawing
+            for seed, trial in self.trials.items()
+            if seed in paces
+        ]
+        waiting = sum(trial.status == "waiting" for trial in self.trials.values())
+        each = min(self.budget * len(paces) / sum(paces.values()), most) + drawing
+        at_once = min(self.workers, len(left) + waiting)
+        return max((sum(left) + waiting * each) / at_once, *left)
 
     def _say_compiled(self, how: str = "") -> None:
         """Say once that compiling has ended, if it had begun."""
@@ -163,10 +218,8 @@ class PlainDisplay(QuietDisplay):
 class LiveDisplay(PlainDisplay):
     """A table that is drawn anew a few times a second: for terminals."""
 
-    def __init__(self, console: Console, seeds: Sequence[int], budget: int, draws: bool = True) -> None:
-        super().__init__(console, seeds, budget, draws)
-        self.live: Live | None = None
-        self.drawn = 0.0
+    live: Live | None = None
+    shown_at = 0.0
 
     def __enter__(self) -> LiveDisplay:
         from rich.live import Live
@@ -184,15 +237,15 @@ class LiveDisplay(PlainDisplay):
         """Take in an event and redraw."""
         self._update(event)
         now = time.monotonic()
-        if self.live is not None and now - self.drawn > 0.2:
-            self.drawn = now
+        if self.live is not None and now - self.shown_at > 0.2:
+            self.shown_at = now
             self.live.update(self._table(), refresh=True)
 
     def _table(self) -> Table:
         from rich.progress_bar import ProgressBar
         from rich.table import Table
 
-        ended = [seed for seed, trial in self.trials.items() if trial.status not in ("running", "waiting")]
+        ended = [seed for seed, trial in self.trials.items() if trial.ended]
         running = [seed for seed, trial in self.trials.items() if trial.running]
         shown = (ended[-max(SHOWN - len(running), 0) :] if len(running) < SHOWN else []) + running[:SHOWN]
         best = [trial.best for trial in self.trials.values() if trial.best is not None]
@@ -200,6 +253,8 @@ class LiveDisplay(PlainDisplay):
         caption = f"{len(ended)} of {len(self.trials)} trials done · {rate:,.0f} interactions/s"
         if best:
             caption += f" · best {max(best):.4f}"
+        if (left := self.seconds_left()) is not None:
+            caption += f" · about {duration(left)} left"
         table = Table(box=None, padding=(0, 1), caption=caption, caption_justify="left", header_style="dim")
         wide = self.console.width >= NARROW
         columns = ("seed", "interactions", "", "per second", "best", "status")
@@ -229,9 +284,27 @@ class LiveDisplay(PlainDisplay):
         return trial.status[:40]
 
 
-def make_display(console: Console, verbosity: str, seeds: Sequence[int], budget: int, draws: bool = True) -> Display:
-    """The display that fits where the output goes; ``draws`` is whether trials end with pictures."""
+def make_display(
+    console: Console,
+    verbosity: str,
+    seeds: Sequence[int],
+    budget: int,
+    draws: bool = True,
+    minutes: float | None = None,
+    workers: int = 1,
+) -> Display:
+    """The display that fits where the output goes.
+
+    Parameters
+    ----------
+    draws
+        Whether trials end with pictures.
+    minutes
+        Longest that the search of a trial may take; None for no limit.
+    workers
+        Trials at a time.
+    """
     if verbosity == "quiet":
         return QuietDisplay(console)
     live = console.is_terminal and not console.is_dumb_terminal  # which rich would show nothing
-    return (LiveDisplay if live else PlainDisplay)(console, seeds, budget, draws)
+    return (LiveDisplay if live else PlainDisplay)(console, seeds, budget, draws, minutes, workers)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from origami_lab.errors import InputError
+from origami_lab.experiment.run_page import write_run_page
 from origami_lab.experiment.run_summary import refresh_tables
 from origami_lab.experiment.saved_design import SavedDesign, read_saved
 from origami_lab.file_names import POLISHED, RESULT, SIMPLIFIED
@@ -90,6 +91,7 @@ def polish_saved(
         folder = RunFolder(saved.run)
         done, _ = polish_trial(saved, folder, options, pictures=pictures, on_progress=on_progress)
         refresh_tables(folder)
+        write_run_page(saved.run)
     return done
 
 

@@ -19,13 +19,16 @@ from origami_lab.config.settings import Settings, fit_workers
 from origami_lab.config.warnings import remarks
 from origami_lab.errors import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK
 from origami_lab.experiment.progress_display import Display, make_display
+from origami_lab.experiment.run_page import FINISHED, RunPage
 from origami_lab.experiment.run_summary import summarise
-from origami_lab.experiment.trial import Polishing, Progress, is_done, is_searched
+from origami_lab.experiment.trial import is_done, is_searched
 from origami_lab.experiment.trial_pool import Event, TrialPool
+from origami_lab.experiment.trial_progress import Polishing, Progress
 from origami_lab.experiment.trial_worker import Failed, Finished
 from origami_lab.runs.run_folder import NO_ROOM, FolderError, RunFolder, read_summary
-from origami_lab.runs.trial_row import TrialRow
+from origami_lab.runs.trial_row import STOPPED, TrialRow
 from origami_lab.runs.whereabouts import Whereabouts
+from origami_lab.text import command_text
 from origami_lab.tracking.store import from_here
 from origami_lab.tracking.tracker import PATIENCE_SECONDS, Tracker, check_tracking, make_tracker
 from origami_lab.workers.interrupts import Interrupts
@@ -91,7 +94,10 @@ def run_experiment(
             settings = _with_seeds_on_disk(settings, folder, rows)
             todo = tuple(seed for seed in settings.seeds if not is_done(rows.get(seed), settings))
             trouble = _begin(folder, settings, parts)
-            shown = make_display(console, settings.verbosity, todo, settings.budget, draws=settings.files == "all")
+            draws, at_once = settings.files == "all", settings.workers
+            shown = make_display(
+                console, settings.verbosity, todo, settings.budget, draws, settings.minutes, workers=at_once
+            )
             with _Unfailing(shown) as display:
                 if settings.resume and not resumed:
                     display.note(f"nothing to resume in {folder.path} yet: starting")
@@ -207,6 +213,9 @@ class _Record:
         before = read_summary(folder.path).get("seconds")
         self.began = time.perf_counter() - (before if isinstance(before, int | float) else 0)
         """When it would have begun in one go: what a resumed run took before counts."""
+        seeds, typed = len(settings.seeds), command_text(command)
+        self.page = RunPage(folder, settings.config, seeds, typed, settings.open_page)
+        self.page.begin(row for seed, row in rows.items() if is_done(row, settings))
 
     @cached_property
     def tracker(self) -> Tracker:
@@ -232,12 +241,15 @@ class _Record:
                 # what ended in its polish keeps what its search has found
                 kept = self.folder.rows([seed]).get(seed)
                 self._end(seed, kept if kept is not None and kept.spent_budget else TrialRow.failed(seed, reason))
+        if self.begun and not self.trouble and not self.place.has_moved:
+            self.page.take(event)
 
     def _end(self, seed: int, row: TrialRow) -> None:
         self.rows[seed] = row
         with suppress(OSError):  # the last one counts
             if not self.place.has_moved:  # another folder may be there now
                 self.folder.write_trials(self.rows.values())
+        self.page.end(row)
         self.tracker.trial(seed)
 
     def ordered(self) -> tuple[TrialRow, ...]:
@@ -255,6 +267,8 @@ class _Record:
                     raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
                 self.folder.write_trials(self.rows.values())
                 self.folder.write_summary(summary)
+                whole = all(is_done(self.rows.get(seed), self.settings) for seed in self.settings.seeds)
+                self.page.write(FINISHED if whole else STOPPED)
             except OSError as error:
                 self.trouble = FolderError(error).why
         if self.trouble:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from origami_lab.file_names import FOLDED_PNG, PAGE, POLISHED, trial_folder
 from origami_lab.runs.trial_row import (
     FAILED,
     GOAL,
@@ -105,12 +107,28 @@ def certificate_lines(rows: Iterable[TrialRow]) -> list[str]:
     return lines
 
 
+def where_lines(rows: Iterable[TrialRow], folder: Path) -> list[str]:
+    """Lines on where the best design's picture and the run's page are, if they are there."""
+    rows, lines = [row for row in rows if row.outcome != NO_DESIGN], []
+    best = best_row(rows)
+    polished = best_row(rows, "polished_return")
+    pictures = [] if polished is None else [trial_folder(folder, polished.seed) / f"{POLISHED}.png"]
+    pictures += [] if best is None else [trial_folder(folder, best.seed) / FOLDED_PNG]
+    if (picture := next((file for file in pictures if file.is_file()), None)) is not None:
+        lines.append(f"its picture: {picture}")
+    if (folder / PAGE).is_file():
+        lines.append(f"all of it: {folder / PAGE}")
+    return lines
+
+
 def figure_lines(rows: Iterable[TrialRow]) -> list[str]:
-    """Lines on how like its target the best design is, and where the vertices flatter a design."""
+    """Lines on the best design, and how like its target it is."""
     rows = list(rows)
-    best = best_row(row for row in rows if row.outcome != NO_DESIGN and row.chamfer is not None)
+    best = best_row(row for row in rows if row.outcome != NO_DESIGN)
     if best is None:
         return []
+    if best.chamfer is None:
+        return [f"best{f' (seed {best.seed})' if len(rows) > 1 else ''}: return {_number(best.return_, '.4f')}"]
     other = [] if best.return_units is None else [f"{_short(-best.return_units)} units of the file"]
     if best.return_mm is not None:
         other.append(f"{_short(-best.return_mm)} mm on paper")
@@ -125,12 +143,18 @@ def figure_lines(rows: Iterable[TrialRow]) -> list[str]:
     if best.cell_mm is not None:
         sides = f"{_short(best.width_mm)} × {_short(best.height_mm)} mm"
         lines.append(f"its pattern is {sides}, {_short(best.cell_mm)} mm a board cell")
-    if seeds := sorted(row.seed for row in rows if row.surface_is_worse):
-        lines.append(
-            f"seed {', '.join(map(str, seeds))}: by surface the design is further from the target than by vertex, by"
-            " more than a tenth: panels stand out, or leave places bare, where no vertex shows it"
-        )
     return lines
+
+
+def surface_line(rows: Iterable[TrialRow]) -> str | None:
+    """A line on designs that the vertices flatter; None if there are none."""
+    seeds = sorted(row.seed for row in rows if row.surface_is_worse)
+    if not seeds:
+        return None
+    return (
+        f"seed {', '.join(map(str, seeds))}: by surface the design is further from the target than by vertex, by"
+        " more than a tenth: panels stand out, or leave places bare, where no vertex shows it"
+    )
 
 
 def end_lines(rows: Iterable[TrialRow]) -> list[str]:

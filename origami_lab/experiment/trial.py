@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -17,6 +17,7 @@ from origami_lab.experiment.kept_design import Kept, keep_design
 from origami_lab.experiment.search_state import SearchState, read_state, state_of_row
 from origami_lab.experiment.staged_search import Searched, search_in_stages
 from origami_lab.experiment.trial_files import write_files
+from origami_lab.experiment.trial_progress import Polishing, Progress
 from origami_lab.file_names import POLISHED, RESULT, STATE
 from origami_lab.runs.checkpoint import Checkpoint
 from origami_lab.runs.run_folder import FolderError, RunFolder
@@ -26,28 +27,6 @@ from origami_lab.workers.worker_process import reason_of
 if TYPE_CHECKING:
     from origami_lab.game.crease_pattern import CreasePattern
     from origami_lab.search.problem import Outcome, Problem
-
-
-@dataclass(frozen=True)
-class Progress:
-    """How far a trial is."""
-
-    seed: int
-    interactions: int
-    best: float | None
-    """Best return so far, None before the first."""
-    seconds: float = 0.0
-    """Time of the search so far, without that of compiling kernels."""
-
-
-@dataclass(frozen=True)
-class Polishing:
-    """How far the polish of a trial's best design is."""
-
-    seed: int
-    steps: int
-    best: float
-    """Best return so far."""
 
 
 Report = Callable[[Progress | Polishing], None]

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from origami_lab.config.settings import Settings
-from origami_lab.experiment.trial import Polishing, Progress
+from origami_lab.experiment.trial_progress import Polishing, Progress
 from origami_lab.experiment.trial_worker import Compiled, Compiling, Failed, Finished, Task, serve
 from origami_lab.runs.run_folder import RunFolder
 from origami_lab.workers.worker_process import STOP, WorkerProcess, hear

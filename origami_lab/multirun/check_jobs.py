@@ -161,6 +161,7 @@ def enter_job(config: DictConfig, hydra: DictConfig, folder: Path, place: Path) 
     name = job.folder if job else str(hydra.job.num)
     config.output = str(_job_folder(folder, name))
     # a job that a cluster starts again, because its node died, goes on
+    config.open = False  # that of the multirun is opened, once
     config.resume = (folder / name / "config.yaml").is_file()
     cores = cores_of_job(hydra.launcher)
     if cores is not None and config.workers == "auto":

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.text import Text
 
+from origami_lab.text import command_text
+
 if TYPE_CHECKING:
     from rich.table import Table
 
     from origami_lab.runs.multirun_folder import JobResult
+
+OF_THE_FOLDER = ("output", "resume", "open")
+"""Settings of a multirun that none of its jobs needs where it runs by itself."""
 
 
 def jobs_title(found: Sequence[JobResult], experiment: str) -> str:
@@ -19,6 +25,18 @@ def jobs_title(found: Sequence[JobResult], experiment: str) -> str:
     names = ({getattr(outcome.job, kind) for outcome in found} for kind in ("task", "method"))
     common = [next(iter(values)) for values in names if len(values) == 1]
     return " · ".join([f"{len(found)} job{'' if len(found) == 1 else 's'}", *common, experiment])
+
+
+def best_commands(found: Sequence[JobResult], flags: Sequence[str]) -> list[str]:
+    """A line for each task with the command that runs its best job by itself: the highest mean return."""
+    lines = []
+    for task in dict.fromkeys(outcome.job.task for outcome in found):
+        own = [outcome for outcome in found if outcome.job.task == task and outcome.spread is not None]
+        if len(own) > 1:
+            best = max(own, key=lambda outcome: outcome.spread.mean if outcome.spread else -math.inf)
+            words = [word for word in best.job.overrides if word.partition("=")[0].lstrip("+") not in OF_THE_FOLDER]
+            lines.append(f"best of {task}: {command_text(['origami-lab', *flags, *words])}")
+    return lines
 
 
 def table_of_jobs(found: Sequence[JobResult], console: Console) -> Table:
@@ -53,7 +71,7 @@ def _table_of(found: Sequence[JobResult], shown: Sequence[str]) -> Table:
         job, spread, row = outcome.job, outcome.spread, outcome.best
         named = [*job.own, *([job.task] if len(tasks) > 1 else []), *([job.method] if len(methods) > 1 else [])]
         figures = {
-            "return": "–" if spread is None else str(spread),
+            "return": "–" if spread is None else spread.rounded,
             "best": "–" if row is None else f"{row.return_:.4f}",
         }
         table.add_row(

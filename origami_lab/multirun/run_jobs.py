@@ -5,7 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import shlex
 from collections.abc import Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -14,12 +14,14 @@ from rich.console import Console
 
 from origami_lab.errors import EXIT_FAILED, EXIT_INPUT, EXIT_OK, InputError
 from origami_lab.experiment.api import run_one
-from origami_lab.multirun.jobs_table import jobs_title, table_of_jobs
+from origami_lab.multirun.jobs_table import best_commands, jobs_title, table_of_jobs
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
 
     from origami_lab.workers.interrupts import Interrupts
+
+MULTIRUN, OWN_OPTIONS = ("-m", "--multirun"), ("--config-dir", "-cd")
 
 
 @dataclass
@@ -36,6 +38,7 @@ class Multirun:
     left_at_once: bool = False
     """Whether a second Ctrl-C ended jobs where they were."""
     _before: int = field(default=0, init=False)
+    _opened: bool = field(default=False, init=False)
 
     @property
     def sweep_dir(self) -> str:
@@ -51,7 +54,9 @@ class Multirun:
         from origami_lab.runs.multirun_folder import membership
 
         try:
+            opens, self._opened = bool(config.open) and not self._opened, True
             found = membership(self.folder / enter_job(config, _hydra(), self.folder, self.place))
+            config.open = opens  # the page of all jobs, which the first one writes
             if found is not None and not self.is_quiet:
                 index, job = found
                 Console(stderr=True).print(index.heading(job), style="bold", markup=False, soft_wrap=True)
@@ -137,7 +142,8 @@ class Multirun:
 
     def _finish(self) -> None:
         """Write the table of all jobs, and print it."""
-        from origami_lab.file_names import TRACKING
+        from origami_lab.experiment.multirun_page import write_multirun_page
+        from origami_lab.file_names import PAGE, TRACKING
         from origami_lab.files import write_whole
         from origami_lab.runs.multirun_folder import TABLE, outcomes, read_index, table_text
 
@@ -151,12 +157,16 @@ class Multirun:
             write_whole(self.folder / TABLE, table_text(found), sync=True)
         except OSError as error:
             _say(f"warning: {self.folder / TABLE} could not be written ({error.strerror})")
+        with suppress(OSError):
+            write_multirun_page(self.folder)
         console = Console()
         if not self.is_quiet:
             console.print(jobs_title(found, index.experiment), style="italic", highlight=False, soft_wrap=True)
             console.print(table_of_jobs(found, console))
             folder = shlex.quote(str(self.folder))
-            lines = [f"to compare them: origami-lab report {folder}"]
+            lines = [f"to compare them: origami-lab report {folder}", *best_commands(found, self._flags())]
+            if (self.folder / PAGE).is_file():
+                lines.append(f"all of it: {self.folder / PAGE}")
             if self.exit_code:
                 lines.append(f"to go on: {self._going_on()}")
             if self.left_at_once and any((self.folder / job.folder / TRACKING).is_file() for job in index.jobs):
@@ -164,6 +174,13 @@ class Multirun:
             for line in lines:
                 console.print(line, highlight=False, markup=False, soft_wrap=True)
         console.print(str(self.folder), highlight=False, soft_wrap=True)
+
+    def _flags(self) -> list[str]:
+        """The flags that one of its jobs needs by itself: where options of the user's are."""
+        flags = [word for word in self.arguments if word.startswith("-")]
+        values = {flag: self.arguments[k + 1] for k, flag in enumerate(self.arguments[:-1]) if flag in OWN_OPTIONS}
+        words = [[flag, values[flag]] if flag in values else [flag] for flag in flags if flag not in MULTIRUN]
+        return [word for pair in words for word in pair]
 
     def _going_on(self) -> str:
         """The command that finishes the multirun."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +15,8 @@ from origami_lab.runs.trial_row import Spread
 
 PAPER = Path(__file__).with_name("paper.csv")
 COLUMNS = ("task", "method", "table", "mean", "std", "source")
+CONDITIONS = ("budget", "trials")
+"""Columns that a file may have, too: the values stand only beside cells of that budget and so many trials."""
 TABLES = ("returns", "interactions")
 
 
@@ -27,6 +29,14 @@ class Known:
     source: str
     digits: int
     """Decimals that it is printed with."""
+    budget: int | None = None
+    """Interactions a trial that it was found with; None for any."""
+    trials: int | None = None
+    """Trials that it is the mean of; None for any number."""
+
+    def is_comparable(self, budget: int, trials: int) -> bool:
+        """Whether a cell of this budget and so many trials may stand beside it."""
+        return self.budget in (None, budget) and self.trials in (None, trials)
 
     def differs(self, ours: Spread) -> bool:
         """Whether the means are further apart than the larger one of the two standard deviations."""
@@ -41,8 +51,8 @@ KnownValues = Mapping[tuple[str, str, str], Known]
 def read_beside(name: str) -> dict[tuple[str, str, str], Known]:
     """Read a file of known values; ``paper`` names that of the paper's two result tables.
 
-    Its columns are task, method, table (returns or interactions, these in thousands), mean, std (may be empty) and
-    source.
+    Its columns are task, method, table (returns or interactions, these in thousands), mean, std (may be empty), source
+    and, if it says them, budget and trials.
 
     Raises
     ------
@@ -57,12 +67,13 @@ def read_beside(name: str) -> dict[tuple[str, str, str], Known]:
             if lacking:
                 expected = f"must have the columns {', '.join(COLUMNS)}; there is no {', '.join(lacking)}"
                 raise InputError("--beside", name, expected)
-            if len(reader.fieldnames or ()) > len(COLUMNS):
+            allowed = [*COLUMNS, *(column for column in CONDITIONS if column in (reader.fieldnames or ()))]
+            if sorted(reader.fieldnames or ()) != sorted(allowed):
                 raise InputError("--beside", name, f"line 1: must have the columns {', '.join(COLUMNS)} and no others")
             found: dict[tuple[str, str, str], Known] = {}
             lines: dict[tuple[str, str, str], int] = {}
             for row in reader:
-                key, known = _entry(row, reader.line_num, name)
+                key, known = _entry(row, reader.line_num, name, allowed)
                 if key in found:
                     expected = f"line {reader.line_num}: must not say again what line {lines[key]} says"
                     raise InputError("--beside", name, f"{expected} ({', '.join(key)})")
@@ -73,10 +84,15 @@ def read_beside(name: str) -> dict[tuple[str, str, str], Known]:
         raise InputError("--beside", name, expected) from error
 
 
-def _entry(row: Mapping[str, str | None], line: int, name: str) -> tuple[tuple[str, str, str], Known]:
-    if len(row) > len(COLUMNS) or None in row.values():
-        raise InputError("--beside", name, f"line {line}: must have {len(COLUMNS)} cells, as its first line")
-    cells = {column: (row.get(column) or "").strip() for column in COLUMNS}
+def _entry(
+    row: Mapping[str, str | None], line: int, name: str, columns: Sequence[str]
+) -> tuple[tuple[str, str, str], Known]:
+    if len(row) > len(columns) or None in row.values():
+        raise InputError("--beside", name, f"line {line}: must have {len(columns)} cells, as its first line")
+    cells = {column: (row.get(column) or "").strip() for column in (*COLUMNS, *CONDITIONS)}
+    for column in CONDITIONS:
+        if cells[column] and not (cells[column].isascii() and cells[column].isdigit() and len(cells[column]) < 16):
+            raise InputError("--beside", name, f"line {line}: {column} must be a whole number, or empty")
     if cells["table"] not in TABLES:
         raise InputError("--beside", name, f"line {line}: table must be returns or interactions")
     try:
@@ -88,4 +104,6 @@ def _entry(row: Mapping[str, str | None], line: int, name: str) -> tuple[tuple[s
     if (std or 0.0) < 0.0:
         raise InputError("--beside", name, f"line {line}: std must be 0 or more, or empty")
     digits = min(len(cells["mean"].partition(".")[2]), 4)
-    return (cells["table"], cells["method"], cells["task"]), Known(mean, std, cells["source"] or name, digits)
+    budget, trials = (int(cells[column]) if cells[column] else None for column in CONDITIONS)
+    known = Known(mean, std, cells["source"] or name, digits, budget, trials)
+    return (cells["table"], cells["method"], cells["task"]), known

@@ -23,6 +23,9 @@ from origami_lab.runs.trial_row import NO_DESIGN
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7a5c00", "#5e3c99")
 """Told apart by most eyes (Okabe and Ito), and two more."""
 DASHES = ("solid", "dashed", "dashdot", "dotted")
+MOST_COLOURED = 8
+"""Searchers that a figure tells apart; where there are more, the best have colours and the others are grey."""
+GREY = "#c3c7cf"
 NEAR, RELATIVE = 1e-3, 0.01
 """A trial is solved that comes as near to the best one, in board cells or as a share of its return."""
 
@@ -130,21 +133,35 @@ def styles(rows: Sequence[Heading]) -> dict[Heading, tuple[str, str]]:
     return {row: (COLOURS[i % count], DASHES[i // count % len(DASHES)]) for i, row in enumerate(rows)}
 
 
+def _coloured(
+    groups: Groups, column: Heading, curves: Mapping[tuple[Heading, Heading], Curve]
+) -> dict[Heading, tuple[str, str]]:
+    """Colour and dashes of the searchers that a task's figures tell apart: all, or of many the best at the end."""
+    found = _of(groups, column, curves)
+    if len(groups.rows) <= MOST_COLOURED:
+        return styles(groups.rows)
+    ends = {row: curve.mean[-1] for row, curve in found if not np.isnan(curve.mean[-1])}
+    return styles(sorted(ends, key=lambda row: -ends[row])[:MOST_COLOURED])
+
+
 def learning_figure(groups: Groups, column: Heading, curves: Mapping[tuple[Heading, Heading], Curve]) -> Figure:
     """Mean best return so far of each searcher on one task, and its band."""
     figure, axes = _axes("interactions", "best return so far")
     start, end = math.inf, 10.0
     shown: list[float] = []
+    coloured = _coloured(groups, column, curves)
     for row, curve in _of(groups, column, curves):
         mean = curve.mean
         known = ~np.isnan(mean)
         if not known.any():
             continue
-        colour, dashes = styles(groups.rows)[row]
+        colour, dashes = coloured.get(row, (GREY, "solid"))
         steps = np.maximum(curve.steps[known], 1)
-        axes.step(steps, mean[known], where="post", color=colour, linestyle=dashes, label=row.label)
+        label, order = (row.label, 2.5) if row in coloured else (None, 1.5)
+        axes.step(steps, mean[known], where="post", color=colour, linestyle=dashes, label=label, zorder=order)
         low, high = (edge[known] for edge in curve.band)
-        axes.fill_between(steps, low, high, step="post", color=colour, alpha=0.16, linewidth=0)
+        if row in coloured:
+            axes.fill_between(steps, low, high, step="post", color=colour, alpha=0.16, linewidth=0)
         start, end = min(start, *steps), max(end, *steps)
         # the first designs are much worse than what matters: they may leave the picture at the bottom
         late = steps >= 0.02 * steps[-1]
@@ -162,10 +179,13 @@ def solved_figure(
     """The share of each searcher's trials that have reached a return, over interactions."""
     figure, axes = _axes("interactions", f"trials at {threshold:.4g} or better".replace("-", "−"))
     start, end = math.inf, 10.0
+    coloured = _coloured(groups, column, curves)
     for row, curve in _of(groups, column, curves):
-        colour, dashes = styles(groups.rows)[row]
+        colour, dashes = coloured.get(row, (GREY, "solid"))
         steps = np.maximum(curve.steps, 1)
-        axes.step(steps, curve.solved(threshold), where="post", color=colour, linestyle=dashes, label=row.label)
+        label, order = (row.label, 2.5) if row in coloured else (None, 1.5)
+        share = curve.solved(threshold)
+        axes.step(steps, share, where="post", color=colour, linestyle=dashes, label=label, zorder=order)
         start, end = min(start, *steps), max(end, *steps)
     axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
     axes.set_ylim(-0.03, 1.03)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from origami_lab.report.known_values import Known, KnownValues
@@ -15,6 +15,8 @@ HIGHER, LOWER = "↑", "↓"
 """Ours against the value beside it."""
 DISTANCES = ("vertex", "surface", "sampled")
 PLACES = "places evaluated"
+MOST_LISTED = 12
+"""Cells that a note names; the CSV file has the numbers of all."""
 
 
 @dataclass(frozen=True)
@@ -126,11 +128,15 @@ def _differ(one: Spread | None, other: Spread) -> bool:
 def _table(
     groups: Groups, name: str, title: str, values: Mapping[Place, Spread], beside: KnownValues, digits: int
 ) -> Table:
-    columns = tuple(c for c in groups.columns if name in ("returns", "interactions") or any(c == p[1] for p in values))
+    of_all = name in ("returns", "interactions")
+    columns = tuple(c for c in groups.columns if of_all or any(c == place[1] for place in values))
     kind = name.partition("_")[0]
     known = {key[1:]: value for key, value in beside.items() if key[0] == kind}
-    rows = _with_known_rows(groups, columns, known)
-    placed = _places_beside(groups, rows, columns)
+    every = _with_known_rows(groups, columns, known)
+    placed = _comparable(groups, _places_beside(groups, every, columns), known)
+    filled = {place[0] for place in (groups.cells if of_all else values)}
+    filled |= {row for row, column in placed if (row.name, column.name) in known}
+    rows = tuple(row for row in every if row in filled)
     cells = {}
     for column in columns:
         means = [values[row, column].mean for row in rows if (row, column) in values]
@@ -141,7 +147,10 @@ def _table(
             best = spread is not None and f"{spread.mean:.{digits}f}" == top
             beside_it = known.get((row.name, column.name)) if (row, column) in placed else None
             cells[row, column] = Cell(spread, beside_it, best)
-    notes = _notes(groups, columns, kind) + _known_notes(cells.values())
+    at_hand = {(row.name, column.name) for row, column in groups.cells}
+    notes = _notes(groups, columns, kind) + _known_notes(
+        cells.values(), (value for key, value in known.items() if key in at_hand)
+    )
     return Table(name, title, rows, columns, cells, tuple(notes), digits)
 
 
@@ -171,6 +180,30 @@ def _places_beside(groups: Groups, rows: Iterable[Heading], columns: Iterable[He
             elif len(own) == 1 and budgets.issuperset(own.values()):
                 places.add((next(iter(own)), column))
     return places
+
+
+def _comparable(groups: Groups, places: Iterable[Place], known: Mapping[tuple[str, str], Known]) -> set[Place]:
+    """Those of the places where the known value is of the cell's budget and number of trials.
+
+    A searcher that only the known values have stands on the tasks on which one of ours can be compared.
+    """
+    places = list(places)
+    kept = set()
+    for row, column in places:
+        value, group = known.get((row.name, column.name)), groups.cells.get((row, column))
+        if value is not None and group is not None and value.is_comparable(group.budget, len(group.counted)):
+            kept.add((row, column))
+    tasks = {column for _, column in kept}
+    alone = {place for place in places if place not in groups.cells and place[1] in tasks}
+    anywhere = {
+        (row, column)
+        for row, column in places
+        if (value := known.get((row.name, column.name))) is not None
+        and (row, column) not in groups.cells
+        and value.budget is None
+        and value.trials is None
+    }
+    return kept | alone | anywhere
 
 
 def _notes(groups: Groups, columns: Iterable[Heading], kind: str) -> list[str]:
@@ -203,19 +236,31 @@ def _unequal(
     if not counts or (only_if_unequal and len(counts) == 1):
         return []
     usual = max(counts, key=lambda value: (counts[value], value))
-    others: dict[int, list[str]] = {}
-    for (row, column), value in numbers.items():
+    others: dict[int, list[Place]] = {}
+    for place, value in numbers.items():
         if value != usual:
-            others.setdefault(value, []).append(f"{column.label} {row.label}")
-    listed = "".join(f"; {value:,} for {', '.join(names)}" for value, names in sorted(others.items()))
+            others.setdefault(value, []).append(place)
+    listed = "".join(f"; {value:,} for {_named(places, numbers)}" for value, places in sorted(others.items()))
     return [f"{what}: {usual:,}{listed}."]
 
 
-def _known_notes(cells: Iterable[Cell]) -> list[str]:
+def _named(places: Sequence[Place], every: Iterable[Place]) -> str:
+    """The names of cells: of a whole row, where there are several in it, that of the searcher; not too many."""
+    rows = Counter(row for row, _ in every)
+    here = Counter(row for row, _ in places)
+    whole = {row for row, count in here.items() if count == rows[row] and count > 1}
+    names = list(dict.fromkeys(row.label if row in whole else f"{column.label} {row.label}" for row, column in places))
+    more = f" and {len(names) - MOST_LISTED} more" if len(names) > MOST_LISTED else ""
+    return ", ".join(names[:MOST_LISTED]) + more
+
+
+def _known_notes(cells: Iterable[Cell], asked: Iterable[Known]) -> list[str]:
     known = [cell for cell in cells if cell.known is not None]
     sources = sorted({cell.known.source for cell in known if cell.known is not None})
+    conditions = sorted({(value.budget, value.trials) for value in asked if value.budget and value.trials})
+    of = " or ".join(f"{trials} trials of {budget:,} interactions" for budget, trials in conditions)
     if not known:
-        return []
+        return [f"The values to be set beside these are of {of}, and stand only beside such cells."] if of else []
     return [
         f"In brackets: {', '.join(sources)}. {HIGHER} {LOWER} ours is higher or lower by more than one standard"
         " deviation (the larger of the two)."

@@ -9,10 +9,10 @@
     summary.json           mean ± std, the best seed, versions, the command
     seed=N/                one finished trial, renamed into place as a whole
     seed=N.error.txt       the traceback of a trial that failed
-    seed=N.checkpoint           a search that is not finished, if its searcher saves itself
+    index.html             the page of the run; what it shows is in index.data
+    seed=N.checkpoint      a search that is not finished, if its searcher saves itself
 
-Everything visible is whole: it is written under a hidden name first. What a killed run leaves of those is cleared when
-it is resumed.
+Everything visible is whole: written under a hidden name first, of which a resumed run clears what a killed one left.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ SPARE_BYTES = 2**20
 """Free bytes that rule out a full disk as the cause of a file that failed."""
 
 _LEFTOVER = re.compile(
-    r"\.((config\.yaml|target\.ply|start\.json|trials\.csv|(summary|tracking)\.json|seed=\d+\.(error\.txt|checkpoint))\.\d+|seed=\d+\.(\d+|old))\.tmp"
+    r"\.((config\.yaml|index\.html|target\.ply|start\.json|trials\.csv|(summary|tracking)\.json|seed=\d+\.(error\.txt|checkpoint))\.\d+|seed=\d+\.(\d+|old))\.tmp"
 )
 """Names of what is being written, or was when the run was killed."""
 

@@ -225,6 +225,19 @@ class Spread:
     std: float | None
     n: int
 
+    @property
+    def rounded(self) -> str:
+        """Mean ± std to the first digit of the standard error of the mean: the digits after it are chance."""
+        digits = self.digits
+        return f"{self.mean:.{digits}f}" if self.std is None else f"{self.mean:.{digits}f} ± {self.std:.{digits}f}"
+
+    @property
+    def digits(self) -> int:
+        """Decimals that the mean is worth; 4, as for a single value, where nothing says how far off it is."""
+        if not self.std:
+            return 4
+        return min(max(-math.floor(math.log10(self.std / math.sqrt(self.n))), 0), 4)
+
     def __str__(self) -> str:
         return f"{self.mean:.4f}" if self.std is None else f"{self.mean:.4f} ± {self.std:.4f}"
 

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from origami_lab.runs.trial_row import spread_of
 
+FEW_SEEDS = 10
+"""Held-out seeds below which a comparison comes with a warning."""
 RESAMPLES = 10_000
 CONFIDENCE = 0.95
 METHOD = (

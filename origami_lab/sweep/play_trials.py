@@ -16,6 +16,7 @@ from origami_lab.config.instantiate import build_parts
 from origami_lab.config.seeds import format_seeds
 from origami_lab.config.settings import Settings
 from origami_lab.errors import InputError
+from origami_lab.experiment.run_page import write_run_page
 from origami_lab.experiment.run_summary import summarise
 from origami_lab.experiment.trial import is_done, run_trial
 from origami_lab.files import require_no_link
@@ -141,6 +142,7 @@ class Player:
                 seconds = time.perf_counter() - began
                 stopped = not all(row.spent_budget for row in rows.values())
                 folder.write_summary(summarise(settings, rows, ["origami-lab", "sweep"], seconds, stopped))
+                write_run_page(folder.path)
 
     def _play_seed(self, held: HeldTrial, settings: Settings, folder: RunFolder, seed: int) -> TrialRow:
         try:

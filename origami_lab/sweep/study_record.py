@@ -30,11 +30,12 @@ def record_of(declaration: Declaration, key: str, slots: Sequence[Slot]) -> dict
         "declaration": declaration.fixed,
         "trials": len(slots),
         "best": None if best is None else best.number,
-        "ended": [_trial(declaration, slot) for slot in slots if slot.done],
+        "ended": [ended_trial(declaration, slot) for slot in slots if slot.done],
     }
 
 
-def _trial(declaration: Declaration, slot: Slot) -> dict[str, Any]:
+def ended_trial(declaration: Declaration, slot: Slot) -> dict[str, Any]:
+    """The record of a trial that has ended."""
     trial = slot.trial
     assert trial is not None
     returns = returns_of(slot)

@@ -13,8 +13,10 @@ from origami_lab.config.node import flatten
 from origami_lab.files import is_regular
 from origami_lab.runs.run_folder import read_note, read_summary
 from origami_lab.sweep.study_record import read_record
+from origami_lab.tracking.descriptions import study_note, study_run_note, study_trial_note
 from origami_lab.tracking.mlflow_log import CONTENT, PARENT, Logged, MlflowLog, digest, metrics_of
 from origami_lab.tracking.moved_store import noted_store
+from origami_lab.tracking.shown_view import NOTE, study_view
 
 ARTIFACTS = (
     *("best.yaml", "summary.md", "summary.json", "trials.csv"),
@@ -68,6 +70,8 @@ class StudyRuns(MlflowLog):
             tags = {"study": record["study"], "folder": str(self.folder.absolute())}
             began = min((trial["began"] for trial in record["ended"]), default=time.time())
             self._create(str(record["study"]), tags, self._root_params(), began)
+            view = study_view(list(record["declaration"]["space"]))
+            self._show_as(view, study_note(str(record["study"]), self.experiment))
             self._look()  # another machine may have made it, too: all take the same one
             assert self.root is not None
         return self.root.run
@@ -93,7 +97,8 @@ class StudyRuns(MlflowLog):
             metrics += metrics_of({"seed_return": value}, ended, step)
         if trial["state"] == "complete":  # the mean of fewer seeds would stand among those of all
             metrics += metrics_of({"mean_return": trial["value"]}, ended)
-        self._log(run, metrics, {"reason": trial["reason"]} if trial["reason"] else {})
+        described = {NOTE: study_trial_note(trial)} | ({"reason": trial["reason"]} if trial["reason"] else {})
+        self._log(run, metrics, described)
         self._end(run, ENDINGS[trial["state"]], ended)
         self.nested[number] = [Logged(run, content)]
         return True
@@ -118,6 +123,7 @@ class StudyRuns(MlflowLog):
         for name, found in held_out.get("differences", {}).items():
             figures |= {f"best_minus_{name}_{figure}": found[figure] for figure in ("mean", "low", "high", "p")}
         tags = {"command": str(summary.get("command", "")), "best_trial": str(self.record["best"])}
+        tags[NOTE] = study_run_note(self.record["study"], summary)
         self._log(root, metrics + metrics_of(figures, ended), tags)
         for name in ARTIFACTS:
             if is_regular(self.folder / name):

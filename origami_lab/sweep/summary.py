@@ -20,7 +20,7 @@ from origami_lab.drawing.figures import png_and_svg
 from origami_lab.experiment.run_summary import versions
 from origami_lab.files import write_whole
 from origami_lab.sweep import plots
-from origami_lab.sweep.held_out_test import compare
+from origami_lab.sweep.held_out_test import FEW_SEEDS, compare
 from origami_lab.sweep.search_space import overrides_of
 from origami_lab.sweep.storage import storage_name
 from origami_lab.sweep.studies import HeldOutJob, returns_of
@@ -28,9 +28,7 @@ from origami_lab.sweep.sweep_config import Declaration
 from origami_lab.sweep.trial_queue import Slot
 from origami_lab.text import command_text
 
-BEST, SUMMARY, PAGE = "best.yaml", "summary.json", "summary.md"
-FEW_SEEDS = 10
-"""Held-out seeds below which the page warns of what it says."""
+BEST, SUMMARY, SUMMARY_TEXT = "best.yaml", "summary.json", "summary.md"
 FEWEST_FOR_IMPORTANCE = 4
 """Finished trials below which nothing can be said about what mattered."""
 
@@ -86,7 +84,7 @@ class SweepSummary:
             write_whole(folder / f"{name}.png", png_and_svg(figure)[0], sync=True)
         summary = self.summary(best, importances, held_out)
         write_whole(folder / SUMMARY, json.dumps(summary, indent=2) + "\n", sync=True)
-        write_whole(folder / PAGE, page(self.declaration, summary, sorted(figures)), sync=True)
+        write_whole(folder / SUMMARY_TEXT, page(self.declaration, summary, sorted(figures)), sync=True)
         return summary
 
     def importances(self) -> tuple[dict[str, float], str]:

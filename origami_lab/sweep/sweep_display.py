@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from origami_lab.sweep.studies import best_slot, returns_of
 from origami_lab.sweep.trial_queue import Slot
-from origami_lab.text import command_text
+from origami_lab.text import command_text, duration
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -75,7 +75,7 @@ class SweepDisplay:
         waited = time.monotonic() - self.began
         if not warm and not self.announced and waited > ANNOUNCE_AFTER:
             self.announced = True
-            self.note("loading the kernels; the first time on a machine they are compiled, which takes a minute")
+            self.note("loading the kernels; they are compiled the first time on a machine")
         for slot in slots:
             if slot.losses > self.losses.get(slot.number, 0) and not slot.done and not self.stopping:
                 self.note(f"trial {slot.number}: its worker is gone; it is played again")
@@ -119,11 +119,5 @@ class SweepDisplay:
             parts.append(f"best {best.trial.value:.4f} (trial {best.number})")
         if done > self.first:
             left = (time.monotonic() - self.began) / (done - self.first) * (len(slots) - done)
-            parts.append(f"about {_duration(left)} left")
+            parts.append(f"about {duration(left)} left")
         return " · ".join(parts)
-
-
-def _duration(seconds: float) -> str:
-    if seconds < 90:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"

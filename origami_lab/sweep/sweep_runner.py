@@ -15,6 +15,7 @@ from origami_lab.sweep.shared_study import SharedStudy
 from origami_lab.sweep.storage import PATIENCE, explain, in_plain_words, is_away, storage_name
 from origami_lab.sweep.sweep_config import Declaration
 from origami_lab.sweep.sweep_display import SweepDisplay
+from origami_lab.sweep.sweep_page import SweepPage
 from origami_lab.sweep.tracking import check_sweep_tracking, make_sweep_tracker
 from origami_lab.sweep.worker_pool import WorkerPool
 from origami_lab.tracking.tracker import Tracker
@@ -59,11 +60,12 @@ def run_sweep(declaration: Declaration, console: Console, command: Sequence[str]
             standing = study.look()
             display.resume(standing.slots, declaration.trials)
             study.write_record(standing)
+            page = SweepPage(declaration, command)
             tracker = make_sweep_tracker(declaration, display.say, command)
             with WorkerPool(declaration, objective_seconds, display.say, study.condemn) as pool:
                 interrupts.limit = 2
                 try:
-                    _watch(pool, study, display, tracker, interrupts)
+                    _watch(pool, study, display, tracker, interrupts, page)
                 except KeyboardInterrupt:
                     display.say("leaving at once")
                 interrupts.limit = None
@@ -78,6 +80,8 @@ def run_sweep(declaration: Declaration, console: Console, command: Sequence[str]
             display.show(standing.slots, warm=True)
             study.write_record(standing)
             summary = study.write_summary(standing, command) if standing.done else {}
+            if not place.has_moved:
+                page.write(standing.slots, "finished" if standing.done else "stopped", summary)
             interrupts.limit = interrupts.count + 1  # the next one ends the wait
             with suppress(KeyboardInterrupt):
                 tracker.finish()
@@ -90,7 +94,12 @@ def run_sweep(declaration: Declaration, console: Console, command: Sequence[str]
 
 
 def _watch(
-    pool: WorkerPool, study: SharedStudy, display: SweepDisplay, tracker: Tracker, interrupts: Interrupts
+    pool: WorkerPool,
+    study: SharedStudy,
+    display: SweepDisplay,
+    tracker: Tracker,
+    interrupts: Interrupts,
+    page: SweepPage,
 ) -> None:
     """Look on until all workers have ended; the first interrupt stops them, the second one leaves at once."""
     looked, away = 0.0, 0.0
@@ -109,6 +118,7 @@ def _watch(
             display.show(standing.slots, pool.warm)
             for number in study.write_record(standing):
                 tracker.trial(number)
+            page.update(standing.slots)
             if standing.compared:
                 display.compare(standing.compared)
             away = 0.0

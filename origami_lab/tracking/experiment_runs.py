@@ -51,8 +51,13 @@ from origami_lab.runs.trial_row import (
     counts,
     spreads,
 )
+from origami_lab.tracking.descriptions import Artifacts, experiment_note, run_name, run_note, trial_note
+from origami_lab.tracking.learning_curve import mean_curve
+from origami_lab.tracking.mlflow_limits import LONGEST_NAME, fitting
 from origami_lab.tracking.mlflow_log import CONTENT, PARENT, Logged, MlflowLog, digest, metrics_of
 from origami_lab.tracking.moved_store import address_note, noted_store
+from origami_lab.tracking.shown_view import CURVE as SHOWN_CURVE
+from origami_lab.tracking.shown_view import NOTE, experiment_view
 from origami_lab.tracking.store import RefusedError, absolute_uri
 
 if TYPE_CHECKING:
@@ -148,6 +153,7 @@ class ExperimentRuns(MlflowLog):
             name = self.multirun[1].name if self.multirun else f"{self.settings.task} {self.settings.method}"
             began = (self.folder / CONFIG).stat().st_mtime
             self.root = Logged(self._create(name, self._tags(), self._root_params(), began), None)
+            self._show_as(experiment_view(), experiment_note(self._experiment_name(), self.experiment))
         elif live and self.root.content is not None:
             self.client.update_run(self.root.run, status="RUNNING")
             self.root = Logged(self.root.run, None)
@@ -175,11 +181,14 @@ class ExperimentRuns(MlflowLog):
         if path.is_dir() and not failed:
             metrics += _curve(path / CURVE, ended)
         words = ("certificate", "polish", "polished_certificate", "ended")
-        self._log(run, metrics, {"status": row.status, **{name: row[name] for name in words if row[name]}})
-        if path.is_dir() and not failed:
-            for file in sorted(filter(is_regular, path.iterdir())):  # a link may lead to what is not for others
-                if file.name == STATE:  # of use where the run goes on, in its folder
-                    continue
+        found = path.is_dir() and not failed
+        # a link may lead to what is not for others; the state is of use where the run goes on, in its folder
+        files = [file for file in sorted(path.iterdir()) if is_regular(file) and file.name != STATE] if found else []
+        note = trial_note(row, Artifacts(self.experiment, run), [file.name for file in files])
+        tags = {"status": row.status, **{name: row[name] for name in words if row[name]}, NOTE: note}
+        self._log(run, metrics, tags)
+        if found:
+            for file in files:
                 self.client.log_artifact(run, str(file))
             # the viewer shows JSON, not .fold
             self.client.log_text(run, (path / BEST).read_text(encoding="utf-8"), f"{BEST}.json")
@@ -200,21 +209,44 @@ class ExperimentRuns(MlflowLog):
         for name in FOLDER_ARTIFACTS:
             if is_regular(self.folder / name):
                 self.client.log_artifact(root, str(self.folder / name))
-        best = best_row(rows.values())
+        best, shown = best_row(rows.values()), list[str]()
         if best is not None:
             for name in OF_THE_BEST:
                 if is_regular(file := trial_folder(self.folder, best.seed) / name):
                     self.client.log_artifact(root, str(file), "best")
+                    shown.append(name)
         polished = best_row(rows.values(), "polished_return")
         if polished is not None:
             for file in sorted(trial_folder(self.folder, polished.seed).glob(f"{POLISHED}*")):
                 self.client.log_artifact(root, str(file), "best_polished")
+        self._describe(root, rows, best, summary, shown)
         files = [self.folder / name for name in FOLDER_ARTIFACTS]
         self.client.set_tag(root, CONTENT, content)
         ended = max(file.stat().st_mtime for file in files if file.is_file())
         self._end(root, "FINISHED" if whole else "KILLED", ended)
         self.root = Logged(root, content)
         return True
+
+    def _describe(
+        self,
+        root: str,
+        rows: Mapping[int, TrialRow],
+        best: TrialRow | None,
+        summary: Mapping[str, Any],
+        shown: Collection[str],
+    ) -> None:
+        """Name and describe the experiment's run, and show its learning curve."""
+        settings, spread = self.settings, spreads(rows.values()).get("return")
+        command, seeds = str(summary.get("command") or ""), len(settings.seeds)
+        name = self.multirun[1].name if self.multirun else run_name(settings.task, settings.method, command, seeds)
+        self.client.update_run(root, name=fitting(name, LONGEST_NAME))
+        note = run_note(name, spread, best, summary, Artifacts(self.experiment, root), shown)
+        folders = [trial_folder(self.folder, row.seed) for row in rows.values() if row.spent_budget]
+        curve = mean_curve([folder / CURVE for folder in folders])
+        when = time.time()
+        metrics = [metric for step, value in curve for metric in metrics_of({SHOWN_CURVE: value}, when, step)]
+        self._log(root, metrics, {NOTE: note})
+        self._show_as(experiment_view(), experiment_note(self._experiment_name(), self.experiment))
 
     def _log_figures(self, run: str, rows: Mapping[int, TrialRow], summary: Mapping[str, Any]) -> None:
         """From the rows, because a run that was killed has no summary, or an old one."""

@@ -20,7 +20,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from origami_lab.runs.locks import held
+from origami_lab.tracking.descriptions import BEGINS
 from origami_lab.tracking.mlflow_limits import LONGEST_NAME, LONGEST_PARAMETER, LONGEST_TAG, fitting
+from origami_lab.tracking.shown_view import NOTE, TAG
 from origami_lab.tracking.store import (
     RefusedError,
     StoreError,
@@ -224,6 +226,14 @@ class MlflowLog(ABC):
         return bool(there)
 
     # --- pieces of a run ---
+
+    def _show_as(self, view: str, note: str) -> None:
+        """Have MLflow's pages show the experiment in a view of ours; a description of a person's stays."""
+        tags = self.client.get_experiment(self.experiment).tags
+        if tags.get(TAG) != view:
+            self.client.set_experiment_tag(self.experiment, TAG, view)
+        if tags.get(NOTE, BEGINS).startswith(BEGINS) and tags.get(NOTE) != note:
+            self.client.set_experiment_tag(self.experiment, NOTE, note)
 
     def _create(self, name: str, tags: Mapping[str, str], params: Mapping[str, str], began: float) -> str:
         """A new run's id. Its parameters cannot change any more."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import socket
@@ -10,14 +11,17 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
+from urllib.request import Request, urlopen
 
 from origami_lab.addresses import hidden, whole
 from origami_lab.caches import homeless
 from origami_lab.errors import InputError
 from origami_lab.tracking.moved_store import ARTIFACTS, take_along
+from origami_lab.tracking.shown_view import TAG, address
 from origami_lab.tracking.store import (
     DEFAULT_STORE,
     LOCK_SECONDS,
@@ -30,6 +34,9 @@ from origami_lab.tracking.store import (
     sqlite_file,
 )
 
+ANSWER_SECONDS = 10
+MOST_EXPERIMENTS = 1000
+"""Experiments among which the newest run is looked for."""
 ENDING = (signal.SIGINT, signal.SIGTERM)
 
 LIGHT = {**QUIET, "MLFLOW_SERVER_ENABLE_JOB_EXECUTION": "false", "PYTHONWARNINGS": "ignore", "PYTHONSAFEPATH": "1"}
@@ -81,8 +88,44 @@ def check_port(host: str, port: int) -> None:
         raise InputError("--port", port, f"cannot be used on {host} ({error.strerror or error})") from error
 
 
-def serve_dashboard(store: str, host: str, port: int, say: Callable[[str], None]) -> tuple[int, str | None]:
-    """Run the server until Ctrl-C and say when it answers.
+def newest_page(base: str) -> str:
+    """Where a server shows the experiment of the newest run; its first page if that cannot be found out."""
+    try:
+        experiments = _asked(base, "experiments/search", {"max_results": MOST_EXPERIMENTS})["experiments"]
+        ids = [str(experiment["experiment_id"]) for experiment in experiments]
+        found = _asked(
+            base, "runs/search", {"experiment_ids": ids, "max_results": 1, "order_by": ["attributes.start_time DESC"]}
+        )
+        experiment = str(found["runs"][0]["info"]["experiment_id"])
+        tags = next(e.get("tags", []) for e in experiments if str(e["experiment_id"]) == experiment)
+    except (OSError, ValueError, KeyError, IndexError, TypeError, StopIteration):
+        return ""
+    known = any(tag.get("key") == TAG for tag in tags)
+    return address(experiment) if known else f"/#/experiments/{experiment}/runs"
+
+
+def _asked(base: str, what: str, question: Mapping[str, object]) -> Any:
+    """The answer of a server's interface; raises OSError or ValueError if there is none."""
+    request = Request(
+        f"{base}/api/2.0/mlflow/{what}", json.dumps(question).encode(), {"Content-Type": "application/json"}
+    )
+    with urlopen(request, timeout=ANSWER_SECONDS) as answer:
+        return json.load(answer)
+
+
+def serve_dashboard(
+    store: str,
+    host: str,
+    port: int,
+    say: Callable[[str], None],
+    opens: Callable[[str], None] | None = None,
+) -> tuple[int, str | None]:
+    """Run the server until Ctrl-C and say when it answers, and where it shows the newest run.
+
+    Parameters
+    ----------
+    opens
+        Is given the address, too.
 
     Returns
     -------
@@ -114,7 +157,11 @@ def serve_dashboard(store: str, host: str, port: int, say: Callable[[str], None]
             while server.poll() is None and not _answers(host, port):
                 time.sleep(0.2)
             if server.poll() is None:
-                say(f"http://{host}:{port}  (Ctrl-C ends it)")
+                base = f"http://{host}:{port}"
+                page = newest_page(base)
+                say(f"{base}{page}  (Ctrl-C ends it)")
+                if opens:
+                    opens(f"{base}{page}")
             code = server.wait()
             output.seek(0)
             return code or 1, _reason(output.read(), store)

@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 
 from origami_lab.cli import main
+from origami_lab.commands import COMMANDS
+from origami_lab.config.option_files import explained_keys, groups, options_of, own_keys
 
 BOWL = "target=bowl"
 REFUSED: list[tuple[list[str], str, str]] = [
@@ -215,13 +217,61 @@ def test_a_process_of_its_own_says_the_same() -> None:
     assert done.stderr == "error: seed=9..0: the range runs backwards; must be 0..9\n"
 
 
-def test_help_says_what_it_is_with_groups_keys_and_examples(capsys: pytest.CaptureFixture[str]) -> None:
+def test_help_fits_a_screen_and_names_all_commands_and_groups(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--help"]) == 0
     out = capsys.readouterr().out
-    for text in ("rigid origami", "seed=0..9", "target: bowl, cube", "budget: 500000", "dashboard", "-m"):
+    for text in ("rigid origami", "seed=0..9", "  target: bowl, cube", "budget=500000", "-m"):
         assert text in out
-    assert all(len(line) <= 120 for line in out.splitlines())
+    for command in COMMANDS:
+        assert f"  origami-lab {command}" in out
+    for group in groups():
+        assert f"  {group}: " in out
+    assert "/_" not in out
+    assert "_rules" not in out
+    lines = out.splitlines()
+    assert len(lines) <= 60
+    assert all(len(line) <= 120 for line in lines)
     assert list(Path.cwd().iterdir()) == []
+
+
+def test_help_has_a_page_for_each_group_and_all_settings(capsys: pytest.CaptureFixture[str]) -> None:
+    explained = explained_keys()
+    for group, folder in groups().items():
+        assert main(["--help", group]) == 0
+        out = capsys.readouterr().out
+        assert all(len(line) <= 120 for line in out.splitlines())
+        for option in options_of(folder):
+            assert f"{group}={option}" in out or option == "none"
+            assert all(key in out for key in own_keys(group, option) if key.startswith(f"{group}."))
+    assert main(["--help", "settings"]) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    for key in ("seed", "driving_angle.count", "polish_seconds", "verbosity"):
+        assert f" {key}=" in out
+        assert explained[key] in out
+
+
+@pytest.mark.parametrize(
+    ("typed", "said"),
+    [
+        (["search=evo", "--help"], "agents in a generation"),
+        (["--help", "search=evo"], "search.population=128"),
+        (["-h", "budget"], "interactions a trial"),
+        (["--help", "driving_angle"], "driving_angle.count=10"),
+        (["--help", "search.children"], "children sampled at each node"),
+        (["target=bowl", "budget=3", "--help"], "max_crease_length=2.9"),
+        (["--help", "export"], "--to"),
+    ],
+)
+def test_help_answers_what_is_typed_beside_it(typed: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(typed) == 0
+    assert said in capsys.readouterr().out
+
+
+def test_help_on_nothing_we_know_is_an_error_of_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--help", "serach"]) == 2
+    assert capsys.readouterr().err.endswith("did you mean search?\n")
+    assert main(["--config-dir", "nowhere", "--help"]) == 2
+    assert "--config-dir=nowhere: there is no such folder" in capsys.readouterr().err
 
 
 def test_cfg_job_prints_the_configuration_and_runs_nothing(capsys: pytest.CaptureFixture[str]) -> None:

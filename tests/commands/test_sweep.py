@@ -180,4 +180,4 @@ def test_an_objective_that_hangs_fails_its_trial_only(
     assert lines[1].startswith("0,failed")
     assert "longer than objective_seconds=1 in one call" in lines[1]
     assert lines[2].startswith("1,complete")
-    assert "Best: trial 1" in capsys.readouterr().out
+    assert "best: trial 1, " in capsys.readouterr().out

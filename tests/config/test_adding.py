@@ -73,8 +73,10 @@ def test_help_and_messages_name_new_options(own: Path, capfd: pytest.CaptureFixt
     assert main(["--config-dir", "conf", "--help"]) == 0
     text = capfd.readouterr().out
     for group, name in (option.split("/") for option in OPTIONS):
-        line = next(line for line in text.splitlines() if line.startswith(f"{group}: "))
+        line = next(line for line in text.splitlines() if line.startswith(f"  {group}: "))
         assert name in line.replace(",", " ").split()
+        assert main(["--config-dir", "conf", "--help", group]) == 0
+        assert f"{group}={name}" in capfd.readouterr().out
     assert main(["--config-dir", "conf", "search=anoter", "target=cube"]) == 2
     assert "did you mean another?" in capfd.readouterr().err
     with pytest.raises(InputError, match=r"needs a target: target=bowl, .*\bwedge\b.* or mesh target\.path="):

@@ -12,7 +12,8 @@ import pytest
 import origami_lab
 from origami_lab.config.compose import compose_settings
 from origami_lab.config.settings import Settings
-from origami_lab.experiment.trial import Polishing, Progress, is_done, run_trial
+from origami_lab.experiment.trial import is_done, run_trial
+from origami_lab.experiment.trial_progress import Polishing, Progress
 from origami_lab.fold_format.reader import read_fold
 from origami_lab.runs.run_folder import FolderError, RunFolder
 from origami_lab.runs.trial_row import POLISHED_RETURNS, RETURNS, TrialRow, read_trials

@@ -10,8 +10,8 @@ from rich.console import Console
 
 from origami_lab.experiment import progress_display as progress
 from origami_lab.experiment.progress_display import LiveDisplay, PlainDisplay, QuietDisplay, make_display
-from origami_lab.experiment.trial import Progress
 from origami_lab.experiment.trial_pool import Event, Started, Tick
+from origami_lab.experiment.trial_progress import Progress
 from origami_lab.experiment.trial_worker import Compiled, Compiling, Failed, Finished
 from tests.small_runs import trial_row
 
@@ -126,6 +126,37 @@ def test_a_trial_without_pictures_draws_none() -> None:
         text = console.file.getvalue()  # type: ignore[attr-defined]
         assert "seed 3: 100 of 100" in text or "writing" in text
         assert "drawing" not in text
+
+
+def test_the_time_left_is_that_of_all_trials_by_the_workers() -> None:
+    """In seconds: of 100 interactions at 10 a second each, with two of four trials at work."""
+    display = PlainDisplay(Console(file=io.StringIO()), range(4), 100, workers=2)
+    assert display.seconds_left() is None
+    for event in (Started(0), Progress(0, 50, None, 5.0), Started(1), Progress(1, 50, None, 5.0)):
+        display.show(event)
+    assert display.seconds_left() == pytest.approx((5 + 5 + 10 + 10) / 2)
+    limited = PlainDisplay(Console(file=io.StringIO()), range(2), 10**9, minutes=1, workers=2)
+    for event in (Started(0), Progress(0, 50, None, 45.0)):
+        limited.show(event)
+    assert limited.seconds_left() == pytest.approx((15 + 60) / 2)
+    last = PlainDisplay(Console(file=io.StringIO()), range(2), 100, workers=2)
+    for event in (Started(0), Progress(0, 10, None, 1.0), Started(1), Progress(1, 100, None, 1.0)):
+        last.show(event)
+    assert last.seconds_left() == pytest.approx(9.0)  # that of the one that is behind
+
+
+def test_pictures_that_take_longer_than_the_searches_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    for draws, searched, said in ((True, 1.0, True), (True, 9.0, False), (False, 1.0, False)):
+        out, clock = io.StringIO(), [0.0]
+        monkeypatch.setattr(progress.time, "monotonic", lambda clock=clock: clock[0])
+        display = PlainDisplay(Console(file=out, width=200), range(10), 100, draws)
+        for seed in range(10):
+            display.show(Started(seed))
+            display.show(Progress(seed, 100, -1.0, searched))
+            clock[0] += 4.0
+            display.show(Finished(seed, replace(ROW, seed=seed, seconds=searched), []))
+        text = "took 4.0 s a trial, its search 1.0 s: files=designs leaves them out"
+        assert (text in out.getvalue()) is said
 
 
 def test_notes_are_not_for_the_quiet() -> None:

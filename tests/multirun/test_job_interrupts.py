@@ -117,7 +117,7 @@ def test_each_job_has_one_line_of_a_narrow_table() -> None:
         lines = [line for line in text.splitlines() if line.strip()]
         assert len(lines) == 2 + len(found)
         assert text.count("not run") == len(kinds)
-        assert text.count("-2.5394 ± 0.0612") == len(found)
+        assert text.count("-2.54 ± 0.06") == len(found)
         assert text.count("max_crease_length=2.9 · seed=") == len(found)
 
 

@@ -6,6 +6,7 @@ import csv
 import io
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -76,6 +77,20 @@ def test_what_a_reader_must_know_is_said(four: Path) -> None:
     assert any(note.endswith("not finished, 2 of 3 trials") for note in notes)
 
 
+def test_cells_of_another_budget_are_named_by_their_row_and_not_too_many(tmp_path: Path) -> None:
+    for task in ("cube", "bowl"):
+        for method in ("rdm", "evo", "mcts"):
+            write_run(tmp_path / task / method, task, method, [trial(-1.0)], budget=5000 if method == "evo" else 1000)
+    [table] = return_tables(gather(tmp_path)[1])
+    assert "Budget, in interactions a trial: 1,000; 5,000 for evo." in table.notes
+    for index in range(30):
+        budget = 7000 if index < 14 else 1000
+        write_run(tmp_path / str(index), f"task{index:02}", "rdm", [trial(-1.0)], budget=budget)
+    [table] = return_tables(gather(tmp_path)[1])
+    [note] = [note for note in table.notes if note.startswith("Budget")]
+    assert note.endswith("task11 rdm and 2 more.")
+
+
 def test_each_distance_has_its_table(four: Path) -> None:
     rows = [
         trial(-1.0, return_surface=-1.5, return_sampled=-1.0),
@@ -142,13 +157,40 @@ def test_equal_as_printed_is_equally_good(tmp_path: Path) -> None:
     assert {row.label for (row, _), cell in table.cells.items() if cell.best} == {"rdm", "evo"}
 
 
+def of_any_budget(name: str = "paper") -> dict[tuple[str, str, str], Known]:
+    """Known values that say nothing of budgets and trials."""
+    return {key: replace(known, budget=None, trials=None) for key, known in read_beside(name).items()}
+
+
+def test_the_paper_s_values_stand_only_beside_cells_of_its_budget_and_ten_seeds(tmp_path: Path) -> None:
+    paper = read_beside("paper")
+    assert {(known.budget, known.trials) for known in paper.values()} == {(500_000, 10)}
+    ten, nine = [trial(-1.0)] * 10, [trial(-1.0)] * 9
+    write_run(tmp_path / "a", "cube", "rdm", ten, budget=500_000)
+    write_run(tmp_path / "b", "cube", "evo", nine, budget=500_000)
+    write_run(tmp_path / "c", "bowl", "rdm", ten, budget=400_000)
+    write_run(tmp_path / "d", "face", "mcts", [*ten[:9], failed()], budget=500_000)
+    groups = gather(tmp_path)[1]
+    table = return_tables(groups, paper)[0]
+    own = {place: value for place, value in beside(table).items() if place[0] in ("rdm", "evo", "mcts")}
+    assert own == {("rdm", "cube"): -0.76, ("mcts", "cube"): paper["returns", "mcts", "cube"].mean}
+    assert {place[1] for place in beside(table)} == {"cube"}
+    assert {"dfts", "bfts", "ppo"} < {row.label for row in table.rows}
+    other = gather(tmp_path / "c")[1]
+    table = return_tables(other, paper)[0]
+    assert beside(table) == {}
+    assert [row.label for row in table.rows] == ["rdm"]
+    assert "are of 10 trials of 500,000 interactions, and stand only beside such cells" in "".join(table.notes)
+    assert len(beside(return_tables(groups, of_any_budget())[0])) > 10
+
+
 def test_numbers() -> None:
     assert [number(value, 2) for value in (-1.005, 0.0, -0.001, 12345.678)] == ["−1.00", "0.00", "0.00", "12,345.68"]
 
 
 def test_the_paper_s_values_beside_ours(four: Path) -> None:
     _, groups, _ = gather(four)
-    paper = read_beside("paper")
+    paper = of_any_budget()
     assert len(paper) == 2 * 6 * (4 + 2)
     [table] = return_tables(groups, paper)
     assert [row.label for row in table.rows] == ["rdm", "dfts", "bfts", "mcts", "ppo", "evo"]
@@ -180,7 +222,7 @@ def test_known_values_stand_only_beside_the_usual_settings(tmp_path: Path) -> No
         write_run(tmp_path / str(seed), "cube", "rdm", {seed: trial(-1.0)}, **settings)
     write_run(tmp_path / "bowl", "bowl", "rdm", [trial(-1.0)], budget=9000)
     _, groups, _ = gather(tmp_path)
-    paper = read_beside("paper")
+    paper = of_any_budget()
     for table, value in ((return_tables(groups, paper)[0], -0.76), (interactions_table(groups, paper), 73)):
         assert {row.label for row in table.rows} > {"rdm", "rdm (budget=9000)"}
         assert [column.label for column in table.columns[1:]] == [
@@ -208,7 +250,7 @@ def test_the_paper_s_values_stand_beside_what_was_run_as_published(tmp_path: Pat
     plain = "evo (search.rescale=false)"
     columns = ["cube", "bowl", "bowl_as_published", "bucket", "table"]
     assert labels(groups) == (["dfts", "evo", plain], columns)
-    table = return_tables(groups, read_beside("paper"))[0]
+    table = return_tables(groups, of_any_budget())[0]
     both = "dfts: cube, bowl with search.restarts=200; bowl_as_published with search.restarts=10."
     assert {both, "evo, where nothing else is said: search.rescale=true."} < set(table.notes)
     known = beside(table)
@@ -242,6 +284,8 @@ HEAD = ",".join(COLUMNS) + "\n"
         (HEAD + "a,b,returns,-1,,x\na,b,returns,-1\n", "line 3: must have 6 cells"),
         (HEAD.strip() + ",more\na,b,returns,-1,,x,1\n", "line 1: must have the columns .* and no others"),
         (HEAD + "a,b,returns,-1,,\nc,b,returns,-1,,\na,b,returns,-2,,\n", "line 4: must not say again what line 2"),
+        (HEAD.strip() + ",trials\na,b,returns,-1,,x,ten\n", "line 2: trials must be a whole number"),
+        (HEAD.strip() + ",budget,budget\n", "line 1: must have the columns"),
         (None, "must be paper or a CSV file"),
         ("task,method\n", "there is no table, mean, std, source"),
         ("task,method,table,mean,std,source\na,b,returns,x,,\n", "line 2: mean and std must be numbers"),

@@ -21,8 +21,20 @@ from origami_lab.experiment.terminal_table import (
     places_line,
     polish_lines,
     summary_table,
+    surface_line,
+    where_lines,
 )
-from origami_lab.runs.trial_row import COLUMNS, KINDS, VERDICTS, TrialRow, best_row, format_trials, read_trials, spreads
+from origami_lab.runs.trial_row import (
+    COLUMNS,
+    KINDS,
+    VERDICTS,
+    Spread,
+    TrialRow,
+    best_row,
+    format_trials,
+    read_trials,
+    spreads,
+)
 from origami_lab.verification.certificate import CERTIFIED, REFUTED, UNDECIDED
 from tests.small_runs import trial_row as row
 
@@ -187,12 +199,43 @@ def test_where_vertices_flatter_a_design_is_said() -> None:
         for seed, (vertex, surface) in distances.items()
     ]
     assert [r.seed for r in rows if r.surface_is_worse] == [1, 5]
-    best, worse = figure_lines(rows)
+    [best] = figure_lines(rows)
     assert best == (
         "best (seed 0): 1 cells from the target = 20 % of the target's size; on average 0.5 cells; likeness 0.75"
     )
+    worse = surface_line(rows)
+    assert worse is not None
     assert worse.startswith("seed 1, 5: by surface the design is further from the target")
-    assert figure_lines([row(0, 3.0)]) == []  # no target
+    assert surface_line(rows[:1]) is None
+    assert figure_lines([row(0, 3.0), row(2, 4.0)]) == ["best (seed 2): return 4.0000"]  # no target
+    assert figure_lines([row(0, -9.0, "no design")]) == []
+
+
+def test_the_end_names_the_best_picture_and_the_page(tmp_path: Path) -> None:
+    rows = [row(0, -1.0), row(1, -2.0, polished_return=-0.5), row(2, -9.0, "no design")]
+    assert where_lines(rows, tmp_path) == []
+    for name in ("seed=0/folded.png", "seed=1/folded.png", "index.html"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    page = f"all of it: {tmp_path / 'index.html'}"
+    assert where_lines(rows, tmp_path) == [f"its picture: {tmp_path / 'seed=0/folded.png'}", page]
+    (tmp_path / "seed=1/polished.png").touch()
+    assert where_lines(rows, tmp_path) == [f"its picture: {tmp_path / 'seed=1/polished.png'}", page]
+
+
+@pytest.mark.parametrize(
+    ("mean", "std", "n", "shown"),
+    [
+        (-1.2581, 0.1728, 3, "-1.26 ± 0.17"),  # known to 0.0998
+        (-1.2581, 0.1728, 2, "-1.3 ± 0.2"),
+        (-0.51234, 0.0001, 10, "-0.5123 ± 0.0001"),
+        (123.456, 20.0, 4, "123 ± 20"),
+        (-1.0, 0.0, 5, "-1.0000 ± 0.0000"),
+        (-1.23456, None, 1, "-1.2346"),
+    ],
+)
+def test_means_are_rounded_to_what_they_are_worth(mean: float, std: float | None, n: int, shown: str) -> None:
+    assert Spread(mean, std, n).rounded == shown
 
 
 def test_lengths_on_paper_and_in_the_file_are_said() -> None:

@@ -156,7 +156,7 @@ def test_four_workers_one_killed_twice_then_stopped_and_resumed(
     assert [line.partition(",")[0] for line in table[1:]] == [str(number) for number in range(SLOW["trials"])]
     best = best_slot(alone)
     assert best is not None
-    assert f"Best: trial {best.number}, mean return {best.trial.value:.4f}" in output
+    assert f"best: trial {best.number}, " in output
     if shared.tracking_uri is not None:
         assert_tracked_once(shared.tracking_uri, alone)
 

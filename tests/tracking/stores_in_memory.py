@@ -29,6 +29,8 @@ class Store:
 
     def __init__(self) -> None:
         self.runs: dict[str, Any] = {}
+        self.tags: dict[str, str] = {}
+        """Those of the experiment."""
         self.requests: list[str] = []
         self._ids = itertools.count()
         self.break_at: int | None = None
@@ -76,8 +78,15 @@ class Store:
     def do_set_tag(self, run: str, key: str, value: str) -> None:
         self.runs[run].data.tags[key] = value
 
-    def do_update_run(self, run: str, status: str) -> None:
-        self.runs[run].info.status = status
+    def do_update_run(self, run: str, status: str | None = None, name: str | None = None) -> None:
+        info = self.runs[run].info
+        info.status, info.run_name = status or info.status, name or info.run_name
+
+    def do_get_experiment(self, experiment: str) -> Any:
+        return SimpleNamespace(tags=dict(self.tags))
+
+    def do_set_experiment_tag(self, experiment: str, key: str, value: str) -> None:
+        self.tags[key] = value
 
     def do_set_terminated(self, run: str, status: str, when: int) -> None:
         self.runs[run].info.status = status

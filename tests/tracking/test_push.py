@@ -200,6 +200,7 @@ def test_wherever_a_push_was_cut_off_nothing_is_missing_and_nothing_twice(
     assert {status for _, _, status, *_ in whole} <= {"FINISHED", "KILLED", "FAILED"}
     for broken in range(requests):
         store.runs.clear()
+        store.tags.clear()
         store.requests.clear()
         store.break_at, store.answer_lost = broken, answer_lost
         shutil.rmtree(folder)

@@ -43,8 +43,8 @@ def place(tracked: Path, empty_store: Path, tmp_path: Path) -> Path:
 
 
 def statuses(place: Path) -> list[str]:
-    """The runs that a person sees: the parent first, then the children by seed."""
-    return [f"{run.info.run_name} {run.info.status}" for run in visible(place)]
+    """The runs that a person sees, by the beginning of their names: the parent first, then the children by seed."""
+    return [f"{run.info.run_name.partition(' · ')[0]} {run.info.status}" for run in visible(place)]
 
 
 def visible(place: Path) -> list[Any]:

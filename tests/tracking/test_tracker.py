@@ -93,16 +93,19 @@ def test_the_parent_shows_the_summary(tracked: Path) -> None:
     assert {file.name for file in tracked.iterdir()} == {"out", "results"}
 
 
+NAME = "pyramid rdm · budget=400 · {} seeds"
+
+
 def test_resume_adds_to_the_same_runs(tracked: Path, tmp_path: Path) -> None:
     shutil.copytree(tracked / "out", tmp_path / "out")
     (tmp_path / "out/tracking.json").unlink()
     more = (*SMALL, "output=out", "resume=true")
     # what no tracker heard of is pushed, once
     assert run(tmp_path, *more, "seed=0..2") == 0
-    assert [r.info.run_name for r in runs_of(tmp_path)] == ["pyramid rdm", "seed 0", "seed 1", "seed 2"]
+    assert [r.info.run_name for r in runs_of(tmp_path)] == [NAME.format(3), *(f"seed {seed}" for seed in range(3))]
     assert run(tmp_path, *more, "seed=0..3") == 0
     runs = runs_of(tmp_path)
-    assert [r.info.run_name for r in runs] == ["pyramid rdm", *(f"seed {seed}" for seed in range(4))]
+    assert [r.info.run_name for r in runs] == [NAME.format(4), *(f"seed {seed}" for seed in range(4))]
     assert parents(runs)[0].data.metrics["trials_ok"] == 4
 
 
