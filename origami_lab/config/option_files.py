@@ -132,15 +132,15 @@ def own_keys(group: str, option: str) -> list[str]:
 
 def explained_keys() -> dict[str, str]:
     """All keys of the configuration with the comments above them in its files; of several options the first counts."""
-    found = _explained(config_dir() / f"{CONFIG_NAME}.yaml", "")
+    found = explained_in(config_dir() / f"{CONFIG_NAME}.yaml", "")
     for group, folder in groups().items():
         if group not in {"hydra", CONFIG_NAME, *KEYLESS}:
             for name in options_of(folder):
-                found = {**_explained(folder / f"{name}.yaml", group), **found}
+                found = {**explained_in(folder / f"{name}.yaml", group), **found}
     return dict(sorted(found.items()))
 
 
-def _explained(file: Path, group: str) -> dict[str, str]:
+def explained_in(file: Path, group: str) -> dict[str, str]:
     """The keys of one file that have a comment above them; several in a row may share one.
 
     The comment at the top of a file is about the file.
