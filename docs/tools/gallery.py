@@ -62,10 +62,12 @@ BEYOND = (
         f"{_MESH.format('dome')} symmetry=y objective.distance=vertex seed=109",
     ),
     Entry("beyond/designs/saddle/best.fold", "saddle", f"{_MESH.format('saddle')} symmetry=xy seed=102"),
-    Entry("beyond/designs/chair/best.fold", "chair", "objective=chair seed=105"),
-    Entry("beyond/designs/shelf/best.fold", "shelf", "objective=shelf seed=106"),
+    Entry("beyond/designs/chair/best.fold", "chair", "objective=chair seed=105 search.longer=0.6 search.history=30"),
+    Entry("beyond/designs/shelf/best.fold", "shelf", "objective=shelf seed=106 search.longer=0.6 search.history=30"),
 )
-"""Of ``search=lns``, under the rules of then."""
+"""Of ``search=lns``; settings whose defaults were others then are in the commands."""
+THEN = {"bucket": " objective.norm_of=leaves", "face": " start.stays=upper"}
+"""The paper's tasks whose settings have changed since."""
 
 
 def entries() -> list[Entry]:
@@ -74,7 +76,7 @@ def entries() -> list[Entry]:
     paper = []
     for path in sorted((ROOT / "results" / "paper" / "designs").glob("*.fold")):
         task, search, seed = path.stem.rsplit("-", 2)
-        command = f"+experiment=paper/{task} search={search} seed={seed.removeprefix('seed')}"
+        command = f"+experiment=paper/{task} search={search} seed={seed.removeprefix('seed')}{THEN.get(task, '')}"
         paper.append(Entry(f"paper/designs/{path.name}", f"{task}, {search}", command))
     return [*beyond, *paper]
 
@@ -120,20 +122,20 @@ HEAD = """# Gallery
 
 Every design that is committed below [`results/`](../results/beyond/README.md), with the command that found it and its FOLD file. On the site a page to turn
 and fold each design is beside its file; from the file such a page comes by `origami-lab export FILE --to html`. `origami-lab verify FILE` certifies each.
-All commands are typed in the project's root.
+All commands are typed in the project's root; each was run again by version 0.2.0 and found the design's return to the last digit.
 """
 SECTIONS = {
     "beyond": """
 ## What lns designs
 
-By the default searcher, 500,000 interactions a trial; [measured](../results/beyond/README.md) over ten seeds a task. Sectors of exactly π were locked when
-these were found, which `straight_sectors=false` asks for today.
+By the default searcher, 500,000 interactions a trial; [measured](../results/beyond/README.md) over ten seeds a task. Settings whose defaults were others when
+these were found are in the commands, as `straight_sectors=false`.
 """,
     "paper": """
 ## The best of the paper's tasks
 
-The best trial of each task by the paper's searchers ([all of them](../results/paper/README.md)), played by the code that this page of results names. Some rules have changed
-since, which it names, too.
+The best trial of each task by the paper's searchers ([all of them](../results/paper/README.md)), ten seeds of 500,000 interactions each. Two commands name a setting that has
+changed since.
 """,
 }
 

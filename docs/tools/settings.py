@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -59,8 +60,13 @@ def top_comment(file: Path) -> str:
 
 
 def _table(rows: list[tuple[str, str, str]]) -> str:
-    body = "".join(f"| `{key}` | `{default}` | {cell(text)} |\n" for key, default, text in rows)
-    return f"\n| key | default | what it is |\n|---|---|---|\n{body}" if rows else ""
+    """A row for each comment, which several keys may share."""
+    body = ""
+    for text, alike in groupby(rows, key=lambda row: row[2] or row[0]):
+        keys = [(key, default, said) for key, default, said in alike]
+        settings = " ".join(f"`{key}={default}`" for key, default, _ in keys)
+        body += f"| {settings} | {cell(text if keys[0][2] else '')} |\n"
+    return f"\n| setting and default | what it is |\n|---|---|\n{body}" if rows else ""
 
 
 def _rows(content: dict[str, Any], prefix: str, said: dict[str, str]) -> list[tuple[str, str, str]]:
