@@ -23,6 +23,8 @@ AXED = (
     *("docs/notebooks/first-design", "docs/own-parts", "results/paper/README", "docs/how-it-works"),
 )
 """Pages that axe looks at: one of each kind."""
+WIDTHS = 1280, 500
+"""A desk's, and the narrowest that Chromium opens without a device of its own."""
 SERIOUS = {"serious", "critical"}
 
 
@@ -75,7 +77,7 @@ def known(fragment: str, anchors: set[str]) -> bool:
     return unquote(fragment) in anchors or re.fullmatch(r"\w+=[\d.]+", fragment) is not None
 
 
-def look_with_axe(site: Path, axe: Path, names: tuple[str, ...] = AXED) -> tuple[int, list[str]]:
+def look_with_axe(site: Path, axe: Path, width: int, names: tuple[str, ...] = AXED) -> tuple[int, list[str]]:
     """How many pages axe has looked at, and its serious findings on them, a line each."""
     found = []
     looked = 0
@@ -96,7 +98,7 @@ def look_with_axe(site: Path, axe: Path, names: tuple[str, ...] = AXED) -> tuple
                 dom = subprocess.run(
                     [
                         *("chromium", "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={profile}"),
-                        *("--virtual-time-budget=30000", "--window-size=1280,900", "--dump-dom", beside.as_uri()),
+                        *("--virtual-time-budget=30000", f"--window-size={width},900", "--dump-dom", beside.as_uri()),
                     ],
                     capture_output=True,
                     text=True,
@@ -124,9 +126,10 @@ def main() -> int:
     given = reader.parse_args()
     found = faults(given.site.resolve())
     if given.axe is not None:
-        looked, more = look_with_axe(given.site.resolve(), given.axe.resolve())
-        found += more
-        sys.stdout.write(f"axe looked at {looked} pages\n")
+        for width in WIDTHS:
+            looked, more = look_with_axe(given.site.resolve(), given.axe.resolve(), width)
+            found += more
+            sys.stdout.write(f"axe looked at {looked} pages, {width} pixels wide\n")
     sys.stdout.write("".join(f"{line}\n" for line in found) or "links and anchors of all pages lead somewhere\n")
     return bool(found)
 

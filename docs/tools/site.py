@@ -21,6 +21,14 @@ from tools.gallery import target_of_design
 
 ROOT = Path(__file__).parents[2]
 VIEWERS = "viewers"
+ACCESSIBLE = {
+    'class="caption" role="heading">': 'class="caption" role="heading" aria-level="2">',
+    '<div class="highlight"><pre>': '<div class="highlight"><pre tabindex="0">',
+    '<div class="table-wrapper colwidths-auto docutils container">': (
+        '<div class="table-wrapper colwidths-auto docutils container" tabindex="0">'
+    ),
+}
+"""What Sphinx and its theme write, and what axe asks for."""
 NOT_YET = ("docs/studio",)
 """Pages that the first page has a place for before they are there."""
 FOLDERS = {
@@ -116,6 +124,18 @@ def write_viewers(app: Sphinx, error: Exception | None) -> None:
     )
 
 
+def make_accessible(app: Sphinx, error: Exception | None) -> None:
+    """Captions of the contents get their level, and what scrolls sideways can be reached by keyboard."""
+    if error is not None or app.builder.format != "html":
+        return
+    for file in Path(app.outdir).rglob("*.html"):
+        if file.parent.name != VIEWERS:
+            text = file.read_text(encoding="utf-8")
+            for plain, told in ACCESSIBLE.items():
+                text = text.replace(plain, told)
+            file.write_text(text, encoding="utf-8")
+
+
 def resolve(app: Sphinx, env: BuildEnvironment, node: pending_xref, content: nodes.TextElement) -> nodes.Node | None:
     """Names of the code by the module that they are defined in, which is between us and Python."""
     module, _, name = str(node["reftarget"]).rpartition(".")
@@ -142,4 +162,5 @@ def setup(app: Sphinx) -> dict[str, object]:
     app.connect("missing-reference", resolve)
     app.connect("autodoc-process-docstring", escape_bars)
     app.connect("build-finished", write_viewers)
+    app.connect("build-finished", make_accessible)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
