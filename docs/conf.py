@@ -9,7 +9,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "docs")]
 
-from origami_lab.about import __version__
+from origami_lab.about import __version__  # noqa: E402 (it is found by the line above)
 
 project = "origami-lab"
 author = "The origami-lab developers"
@@ -68,6 +68,6 @@ html_static_path = ["static"]
 html_css_files = ["site.css"]
 html_show_sphinx = False
 html_copy_source = False
-html_theme_options = {"top_of_page_buttons": []}
+html_theme_options: dict[str, object] = {"top_of_page_buttons": []}
 html_last_updated_fmt = None
 copybutton_exclude = ".linenos, .gp, .go, .c, .c1"

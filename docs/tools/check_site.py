@@ -1,7 +1,7 @@
 """Checks a built site without a network: ``python -m tools.check_site build/site`` in docs/, or with its full path.
 
-Every link and picture of every page leads to a file of the site, every anchor to an element of its page, and nothing is
-loaded from elsewhere. With ``--axe FILE`` (axe-core's axe.min.js) pages are opened in Chromium and looked at by it, too.
+Every link and picture of every page leads to a file of the site, every anchor to an element of its page, and nothing
+is loaded from elsewhere. With ``--axe FILE`` (axe-core's axe.min.js) pages are opened in Chromium and looked at by it.
 """
 
 from __future__ import annotations
@@ -26,6 +26,22 @@ AXED = (
 WIDTHS = 1280, 500
 """A desk's, and the narrowest that Chromium opens without a device of its own."""
 SERIOUS = {"serious", "critical"}
+
+
+LOOK = """
+addEventListener("load", async () => {
+  const done = await axe.run({exclude: [["iframe"]]}, {iframes: false});
+  const told = document.createElement("script");
+  told.id = "axe-told";
+  told.type = "application/json";
+  const found = done.violations.map((one) => ({
+    id: one.id, impact: one.impact, nodes: one.nodes.map((node) => node.target.join(" ")).slice(0, 3),
+  }));
+  told.textContent = JSON.stringify(found).replaceAll("<", " ");
+  document.body.append(told);
+});
+"""
+"""Runs axe in a page and leaves there what it found; frames are pages of their own."""
 
 
 class Page(HTMLParser):
@@ -83,13 +99,7 @@ def look_with_axe(site: Path, axe: Path, width: int, names: tuple[str, ...] = AX
     looked = 0
     for name in names:
         page = site / f"{name}.html"
-        script = (
-            f"<script>{axe.read_text(encoding='utf-8')}</script><script>addEventListener('load', () => axe.run("
-            "{exclude: [['iframe']]}, {iframes: false}).then(done => {const told = document.createElement('script'); told.id = "
-            "'axe-told'; told.type = 'application/json'; told.textContent = JSON.stringify(done.violations.map(one => "
-            "({id: one.id, impact: one.impact, nodes: one.nodes.map(node => node.target.join(' ')).slice(0, 3)})))"
-            ".replaceAll('<', ' '); document.body.append(told); }))</script>"
-        )
+        script = f"<script>{axe.read_text(encoding='utf-8')}</script><script>{LOOK}</script>"
         text = page.read_text(encoding="utf-8").replace("</body>", f"{script}</body>")
         beside = page.with_name(f"axe-{page.name}")  # beside it, so that its files are found
         beside.write_text(text, encoding="utf-8")

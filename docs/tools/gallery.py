@@ -120,22 +120,23 @@ def draw(entry: Entry, folder: Path) -> list[Path]:
 
 HEAD = """# Gallery
 
-Every design that is committed below [`results/`](../results/beyond/README.md), with the command that found it and its FOLD file. On the site a page to turn
-and fold each design is beside its file; from the file such a page comes by `origami-lab export FILE --to html`. `origami-lab verify FILE` certifies each.
-All commands are typed in the project's root; each was run again by version 0.2.0 and found the design's return to the last digit.
+Every design that is committed below [`results/`](../results/beyond/README.md), with the command that found it and its
+FOLD file. On the site a page to turn and fold each design is beside its file; from the file such a page comes by
+`origami-lab export FILE --to html`. `origami-lab verify FILE` certifies each. All commands are typed in the project's
+root; each was run again by version 0.2.0 and found the design's return to the last digit.
 """
 SECTIONS = {
     "beyond": """
 ## What lns designs
 
-By the default searcher, 500,000 interactions a trial; [measured](../results/beyond/README.md) over ten seeds a task. Settings whose defaults were others when
-these were found are in the commands, as `straight_sectors=false`.
+By the default searcher, 500,000 interactions a trial; [measured](../results/beyond/README.md) over ten seeds a task.
+Settings whose defaults were others when these were found are in the commands, as `straight_sectors=false`.
 """,
     "paper": """
 ## The best of the paper's tasks
 
-The best trial of each task by the paper's searchers ([all of them](../results/paper/README.md)), ten seeds of 500,000 interactions each. Two commands name a setting that has
-changed since.
+The best trial of each task by the paper's searchers ([all of them](../results/paper/README.md)), ten seeds of 500,000
+interactions each. Two commands name a setting that has changed since.
 """,
 }
 
@@ -152,7 +153,8 @@ def page() -> str:
         picture = f"images/gallery/{entry.name}"
         parts.append(
             f"\n### {entry.title[0].upper()}{entry.title[1:]}\n\n"
-            f"![The folded sheet of {entry.title}]({picture}-folded.png) ![Its crease pattern]({picture}-pattern.png)\n\n"
+            f"![The folded sheet of {entry.title}]({picture}-folded.png) "
+            f"![Its crease pattern]({picture}-pattern.png)\n\n"
             f"{facts(read_fold(entry.path))} · [{entry.path.name}](../results/{entry.file})\n\n"
             f"```\norigami-lab {entry.command}\n```\n"
         )

@@ -141,7 +141,7 @@ def leaf() -> Image.Image:
 
     def mark(axes: Axes) -> None:
         leaves = np.array([(3, 0), (3, 3), (0, 3), (-1, 1), (-1, -1), (1, -1)])
-        axes.scatter(*leaves.T, s=260, facecolors="none", edgecolors=PURPLE, linewidths=2.4, zorder=8)
+        axes.scatter(leaves[:, 0], leaves[:, 1], s=260, facecolors="none", edgecolors=PURPLE, linewidths=2.4, zorder=8)
         said(axes, "leaves", (-2.6, 2.9), (-0.2, 3.0), PURPLE)
         said(axes, "extended: no leaf", (2.4, -2.4), (1, 1), TEAL)
 
@@ -157,7 +157,11 @@ def extension() -> Image.Image:
         said(axes, "1  leaf, mode", (2.6, 2.4), (1, 1), TEAL)
 
     def grown(axes: Axes) -> None:
-        for name, point, at in (("2  a", (3, 0), (3.6, -1.1)), ("3  b", (0, 3), (-1.3, 3.6)), ("4  c", (3, 3), (3.5, 3.9))):
+        for name, point, at in (
+            ("2  a", (3, 0), (3.6, -1.1)),
+            ("3  b", (0, 3), (-1.3, 3.6)),
+            ("4  c", (3, 3), (3.5, 3.9)),
+        ):
             said(axes, name, at, point, TEAL)
 
     return beside(pattern(before, choose), pattern(extended(title="after: three children, four panels"), grown))

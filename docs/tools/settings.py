@@ -16,9 +16,10 @@ ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "settings.md"
 HEAD = """# Settings
 
-Every setting, made from the files of `conf/` and their comments. `GROUP=OPTION` chooses a file of a group, `KEY=VALUE` sets a key; a target or an objective brings
-the settings that suit it, and what is typed wins over all. `origami-lab target=bowl search=bfts --cfg job` shows what would run.
-`null` stands for "not set", `???` must be given, and a default of `${...}` is another setting's value.
+Every setting, made from the files of `conf/` and their comments. `GROUP=OPTION` chooses a file of a group,
+`KEY=VALUE` sets a key; a target or an objective brings the settings that suit it, and what is typed wins over all.
+`origami-lab target=bowl search=bfts --cfg job` shows what would run. `null` stands for "not set", `???` must be
+given, and a default of `${...}` is another setting's value.
 """
 GROUPS = {
     "target": "The shape to fold into.",

@@ -48,7 +48,7 @@ def exported(package: str) -> dict[str, str]:
     stub = ROOT.joinpath(*package.split(".")) / "__init__.pyi"
     if not stub.is_file():
         return {}
-    found = {}
+    found: dict[str, str] = {}
     for node in ast.parse(stub.read_text(encoding="utf-8")).body:
         if isinstance(node, ast.ImportFrom):
             module = f"{package}.{node.module}" if node.level else str(node.module)
@@ -119,7 +119,8 @@ def write_viewers(app: Sphinx, error: Exception | None) -> None:
     first = f"{app.config.root_doc}.html"
     (out / "index.html").write_text(
         f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{app.config.html_title}</title>'
-        f'<meta http-equiv="refresh" content="0; url={first}"></head><body><a href="{first}">{first}</a></body></html>\n',
+        f'<meta http-equiv="refresh" content="0; url={first}"></head>'
+        f'<body><a href="{first}">{first}</a></body></html>\n',
         encoding="utf-8",
     )
 

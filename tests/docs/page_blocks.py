@@ -43,7 +43,11 @@ def blocks(page: Path) -> list[Block]:
     text = page.read_text(encoding="utf-8")
     return [
         Block(
-            page, text.count("\n", 0, found.start("language")) + 1, found["language"], found["text"], found["mark"] or ""
+            page,
+            text.count("\n", 0, found.start("language")) + 1,
+            found["language"],
+            found["text"],
+            found["mark"] or "",
         )
         for found in _BLOCK.finditer(text)
     ]
