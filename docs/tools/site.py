@@ -40,6 +40,11 @@ FOLDERS = {
 """The page that stands for a folder, which a code host shows by itself."""
 _LINK = re.compile(r"\]\(([^)\s]+\.fold)\)")
 _FOLDER = re.compile(r"\]\(([\w./-]+)\)")
+_COLON = "\ue000"
+_ARRAY = re.compile(
+    r"~?(?:numpy\.)?ndarray\[tuple\[~?(?:typing\.)?Any, \.\.\.\], "
+    r"~?(?:numpy\.)?dtype\[~?(?:numpy\.)?(\w+)\]\]"
+)
 _BARS = re.compile(r"\|([^|\s][^|]*)\|")
 
 
@@ -151,9 +156,23 @@ def resolve(app: Sphinx, env: BuildEnvironment, node: pending_xref, content: nod
     return nodes.reference("", "", content, refuri=uri, internal=True)
 
 
-def escape_bars(app: Sphinx, what: str, name: str, value: object, options: object, lines: list[str]) -> None:
-    """|x| is a length in docstrings, and a substitution in reStructuredText."""
-    lines[:] = [_BARS.sub(r"\\|\1\\|", line) for line in lines]
+def hide_colons(app: Sphinx, what: str, name: str, value: object, options: object, lines: list[str]) -> None:
+    """Before Napoleon, which takes what is before a colon in an attribute's docstring for its type."""
+    if what in ("attribute", "data", "property"):
+        lines[:] = [line.replace(":", _COLON) for line in lines]
+
+
+def finish_docstring(app: Sphinx, what: str, name: str, value: object, options: object, lines: list[str]) -> None:
+    """After Napoleon: colons come back, and |x|, a length in docstrings, is no substitution."""
+    lines[:] = [_BARS.sub(r"\\|\1\\|", line.replace(_COLON, ":")) for line in lines]
+
+
+def shorten_arrays(
+    app: Sphinx, what: str, name: str, value: object, options: object, signature: str | None, returned: str | None
+) -> tuple[str | None, str | None]:
+    """NDArray[float64] is written out by NumPy in four brackets."""
+    texts = [text if text is None else _ARRAY.sub(r"NDArray[\1]", text) for text in (signature, returned)]
+    return texts[0], texts[1]
 
 
 def setup(app: Sphinx) -> dict[str, object]:
@@ -161,7 +180,9 @@ def setup(app: Sphinx) -> dict[str, object]:
     app.add_directive("public-names", PublicNames)
     app.connect("source-read", adapt)
     app.connect("missing-reference", resolve)
-    app.connect("autodoc-process-docstring", escape_bars)
+    app.connect("autodoc-process-signature", shorten_arrays)
+    app.connect("autodoc-process-docstring", hide_colons, priority=400)
+    app.connect("autodoc-process-docstring", finish_docstring, priority=600)
     app.connect("build-finished", write_viewers)
     app.connect("build-finished", make_accessible)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
