@@ -1,12 +1,15 @@
-"""Fifteen everyday parts in millimetres, made by code, as binary STL: ``python -m benchmarks.parts.shapes FOLDER``."""
+"""Everyday parts in millimetres, made by code, as binary STL: ``python -m benchmarks.parts.shapes FOLDER``."""
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import manifold3d
 import numpy as np
+import trimesh
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -151,6 +154,34 @@ def closed_box() -> Array:
     return np.concatenate([walls, flat([(x, y, 40) for x, y, _ in floor(40, 30)][::-1])])
 
 
+def _block(low: Point, high: Point) -> trimesh.Trimesh:
+    return trimesh.creation.box(bounds=[low, high])
+
+
+def thick_bracket() -> Array:
+    """The L-bracket as it comes from a CAD program, of sheet metal 3 thick: a solid."""
+    return np.asarray(_block((0, 0, 0), (80, 50, 3)).union(_block((0, 47, 0), (80, 50, 40))).triangles)
+
+
+def bent_bracket() -> Array:
+    """The same bent about a radius of 4.5 outside."""
+    turns = [(-math.pi / 2 + math.pi / 2 * k / 8) for k in range(9)]
+
+    def profile(radius: float, inward: float) -> list[tuple[float, float]]:
+        arc = [(45.5 + radius * math.cos(turn), 4.5 + radius * math.sin(turn)) for turn in turns]
+        return [(0.0, inward), *arc, (50.0 - inward, 40.0)]
+
+    outline = profile(4.5, 0.0) + profile(1.5, 3.0)[::-1]
+    solid = manifold3d.CrossSection([np.array(outline)]).extrude(80.0).to_mesh()
+    along = np.asarray(solid.vert_properties, dtype=np.float64)[:, [2, 0, 1]]  # it lies as the others do
+    return np.asarray(along[np.asarray(solid.tri_verts)])
+
+
+def thick_lid() -> Array:
+    """The lid with walls 2 thick: a solid."""
+    return np.asarray(_block((-60, -40, 0), (60, 40, 20)).difference(_block((-58, -38, 2), (58, 38, 21))).triangles)
+
+
 PARTS: dict[str, Callable[[], Array]] = {
     make.__name__: make
     for make in (
@@ -165,7 +196,18 @@ PARTS: dict[str, Callable[[], Array]] = {
             asymmetric_tray,
             gable_roof,
         ),
-        *(closed_box, shallow_dome, half_vault, saddle, hyperbolic_canopy, lampshade, car_seat),
+        *(
+            closed_box,
+            thick_bracket,
+            bent_bracket,
+            thick_lid,
+            shallow_dome,
+            half_vault,
+            saddle,
+            hyperbolic_canopy,
+            lampshade,
+            car_seat,
+        ),
     )
 }
 

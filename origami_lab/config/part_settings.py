@@ -27,7 +27,7 @@ AUTO = "auto"
 GROUPS_BELOW = {"xyd": ("xy", "y", "x"), "xy": ("y", "x")}
 """Symmetry groups within a group, the largest first."""
 BY_HAND: dict[str, Any] = {
-    **{"target.rotate": [0, 0, 0], "target.scale": 1.0, "target.translate": [0, 0, 0]},
+    **{"target.rotate": [0, 0, 0], "target.scale": 1.0, "target.translate": [0, 0, 0], "target.skin": None},
     **{"board.size": 25, "board.width": None, "board.height": None, "symmetry.name": "none"},
     **{"start.size": "choose", "start.position": None, "max_crease_length": 2.9, "source_action": True},
     **{"driving_angle.max": 179.90874767107852, "driving_angle.count": 10},
@@ -78,8 +78,8 @@ def _chosen(values: Node, wanted: list[str]) -> tuple[dict[str, Any], tuple[str,
 
     target = resolved_up(values["target"])
     given = {key: None if target.get(key) == AUTO else target.get(key) for key in ("rotate", "scale")}
-    names = ("path", "closed", "max_faces", "up")
-    said = {name: target[name] for name in names if name in target}
+    names = ("path", "closed", "max_faces", "up", "skin")
+    said = {name: target[name] for name in names if name in target and not (name == "skin" and target[name] == AUTO)}
     check_settings(**said, **{key: value for key, value in given.items() if value is not None})
     full = _true_scale(values)
     if full is not None:
@@ -88,6 +88,7 @@ def _chosen(values: Node, wanted: list[str]) -> tuple[dict[str, Any], tuple[str,
         expanded(target["path"]),
         up=str(target.get("up", "z")),
         max_faces=target.get("max_faces", MOST_FACES),
+        skin=target.get("skin"),
         **given,
     )
     chosen = settings_of(part)
@@ -125,6 +126,7 @@ def settings_of(part: PartAnalysis) -> dict[str, Any]:
         "target.rotate": [float(angle) for angle in setup.rotate],
         "target.scale": setup.scale,
         "target.translate": [float(shift) for shift in setup.translate],
+        "target.skin": part.skin,
         "board.size": max(wide, high),
         "board.width": None if same else wide,
         "board.height": None if same else high,

@@ -14,30 +14,19 @@ from PIL import Image, ImageDraw, ImageFont
 from scipy.ndimage import uniform_filter
 
 from origami_lab.drawing.camera import Camera, frame_points
+from origami_lab.drawing.painting import OVERSAMPLE, Inks, Pixels, Surroundings, Veils, mark_borders, no_veils, paint
 from origami_lab.drawing.scene import BACK, FRONT, INK, PAGE, PALE_TARGET, TARGET, TargetSurface
 from origami_lab.drawing.z_buffer import NOTHING, blend, fill_z_buffer
 from origami_lab.files import replacing
 from origami_lab.fold_format.fold_file import FoldFile, FoldFrame
 from origami_lab.fold_format.panel_triangles import triangulate
 
-Pixels = NDArray[np.float32]
 Places = tuple[NDArray[np.intp], NDArray[np.intp]]
 
-_OVERSAMPLE = 2
 _LIGHT = np.array([-0.45, 0.62, 0.64])  # right, up, towards the viewer
 _HOLLOW, _DARKEST = 0.05, 0.36  # how far hollows darken, as a share of the picture, and how much at most
 _VEIL, _UNCOVERED = 0.20, 0.34  # opacity of the target in front of the paper, and elsewhere
 _STEP = 0.012  # of the picture: a step in depth that shows one panel before another
-
-
-@dataclass(frozen=True, eq=False)
-class _Layer:
-    """One surface of the target, pixel by pixel."""
-
-    near: Pixels
-    owner: NDArray[np.int32]
-    shades: NDArray[np.float32]
-    """(T, 3) the colour of each triangle."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +61,7 @@ class Studio:
         The pictures are ``size`` pixels square (``trim``: as high as they need to be), with room for the
         caption at the bottom.
         """
-        self.fine = size * _OVERSAMPLE
+        self.fine = size * OVERSAMPLE
         everything = points if target is None else np.vstack([points, target.vertices])
         margin, caption = 0.05 * self.fine, 0.075 * self.fine
         side = self.fine - margin
@@ -83,27 +72,25 @@ class Studio:
             rows = min(rows, 2 * int((np.ptp(seen) + 2 * margin + caption) / 2))
             self.camera = frame_points(everything, (margin, margin, side, rows - margin - caption), upright=upright)
         self.shape = (rows, self.fine)
-        self.target = None if target is None else self._target_layers(target)
+        self.backdrop = np.full((*self.shape, 3), PAGE, dtype=np.float32)
+        """(rows, columns, 3) what is seen where no panel is."""
+        self.veils = no_veils(self.shape) if target is None else self._veils_of(target)
+        for layer in range(len(self.veils.near) - 1, -1, -1):
+            seen = self.veils.owner[layer]
+            blend(self.backdrop, seen != NOTHING, _UNCOVERED, self.veils.shades, seen)
+        dark = (0.55 * TARGET[0], 0.55 * TARGET[1], 0.55 * TARGET[2])
+        depths = {"veil_depth": 0.002 * self.fine, "rim_depth": 0.004 * self.fine}
+        self.inks = Inks(INK, dark, meet=0.55, end=0.9, veil=_VEIL, seen=0.75, hidden=0.4, **depths)
 
     def picture(self, sheet: DrawnSheet, coords: NDArray[np.float64]) -> Image.Image:
         """The panels at (V, 3) folded ``coords``."""
         corners = self.camera.project(coords[sheet.triangles])
         near, owner = fill_z_buffer(corners, sheet.panels.astype(np.int32), self.shape)
-        covered = owner != NOTHING
         colours = self._panel_colours(sheet, coords[sheet.triangles], corners)
-        image = np.full((*owner.shape, 3), PAGE, dtype=np.float32)
-        if self.target is not None:
-            for layer in reversed(self.target):
-                blend(image, (layer.owner != NOTHING) & ~covered, _UNCOVERED, layer.shades, layer.owner)
-        blend(image, covered, 1.0, colours, owner)
-        self._hollows(image, near, covered)
-        self._creases(image, near, owner)
-        if self.target is not None:
-            for layer in reversed(self.target):
-                veiled = covered & (layer.near > near + 0.002 * self.fine)
-                blend(image, veiled, _VEIL, layer.shades, layer.owner)
-            self._target_outline(image, near)
-        return Image.fromarray(np.clip(image + 0.5, 0, 255).astype(np.uint8)).reduce(_OVERSAMPLE)
+        marks = np.zeros(owner.shape, dtype=np.uint8)
+        mark_borders(owner, near, _STEP * self.fine, max(1, round(self.fine / 1000)), marks)
+        layers = (near, owner, colours, _surroundings(near, owner != NOTHING), marks)
+        return Image.fromarray(paint(self.backdrop, *layers, self.veils, self.inks))
 
     def _panel_colours(
         self, sheet: DrawnSheet, spatial: NDArray[np.float64], corners: NDArray[np.float64]
@@ -117,7 +104,7 @@ class Studio:
         base = np.where(front[:, None], np.array(FRONT), np.array(BACK))
         return _lit(base, np.where(front[:, None], facing, -facing))
 
-    def _target_layers(self, target: TargetSurface) -> tuple[_Layer, _Layer]:
+    def _veils_of(self, target: TargetSurface) -> Veils:
         """The nearest and the farthest surface of the target at each pixel, with their colours."""
         spatial = target.vertices[target.faces]
         corners = self.camera.project(spatial)
@@ -129,43 +116,19 @@ class Studio:
         near, seen = fill_z_buffer(corners, index, self.shape)
         far, last = fill_z_buffer(corners * np.array([1.0, 1.0, -1.0]), index, self.shape)
         far[last != NOTHING] *= -1.0
-        self.outline = _outline(near, seen, facing, 0.02 * self.fine)
-        return _Layer(near, seen, shades), _Layer(far, last, shades)
+        rim = _outline(near, seen, facing, 0.02 * self.fine)
+        return Veils(np.stack([near, far]), np.stack([seen, last]), shades, rim)
 
-    def _hollows(self, image: Pixels, near: Pixels, covered: NDArray[np.bool_]) -> None:
-        """Darken what lies behind its surroundings: cheap ambient occlusion, on every second pixel."""
-        if not covered.any():
-            return
-        coarse = np.where(covered[::2, ::2], near[::2, ::2], near[covered].min())
-        reach = max(3, int(_HOLLOW * coarse.shape[1] / 2) | 1)
-        around = coarse
-        for _ in range(3):  # three boxes are nearly a Gaussian
-            around = uniform_filter(around, reach)
-        depth = np.maximum(around - coarse, 0.0) / np.float32(1.6 * reach)
-        bright = np.float32(1.0) - np.float32(_DARKEST) * (np.float32(1.0) - np.exp(-depth))
-        bright = bright.repeat(2, axis=0).repeat(2, axis=1)[: near.shape[0], : near.shape[1]]
-        np.multiply(image, bright[..., None], out=image, where=covered[..., None])
 
-    def _creases(self, image: Pixels, near: Pixels, owner: NDArray[np.int32]) -> None:
-        """Ink between the panels: thin where two meet, stronger where one ends before another or the page."""
-        width = max(1, round(self.fine / 1000))
-        meet, end = np.zeros(owner.shape, bool), np.zeros(owner.shape, bool)
-        for axis in (0, 1):
-            at, step = _borders(owner, near, axis)
-            _mark(meet, at, axis, 1)
-            far = step > _STEP * self.fine
-            _mark(end, (at[0][far], at[1][far]), axis, width)
-        ink = np.array(INK, dtype=np.float32)
-        blend(image, meet & ~end, 0.55, ink)
-        blend(image, end, 0.9, ink)
-
-    def _target_outline(self, image: Pixels, near: NDArray[np.float32]) -> None:
-        """The rim and ridges of the target, fainter where the paper hides them."""
-        assert self.target is not None
-        hidden = near > self.target[0].near + 0.004 * self.fine
-        ink = np.array(TARGET, dtype=np.float32) * np.float32(0.55)
-        blend(image, self.outline & ~hidden, 0.75, ink)
-        blend(image, self.outline & hidden, 0.4, ink)
+def _surroundings(near: Pixels, covered: NDArray[np.bool_]) -> Surroundings:
+    """What is about each place of the paper; on every fourth pixel, as it is smooth."""
+    lowest = near[covered].min() if covered.any() else np.float32(0.0)
+    every = 2 * OVERSAMPLE
+    around = np.where(covered[::every, ::every], near[::every, ::every], lowest)
+    reach = max(3, int(_HOLLOW * around.shape[1] / 2) | 1)
+    for _ in range(3):  # three boxes are nearly a Gaussian
+        around = uniform_filter(around, reach)
+    return Surroundings(around, float(lowest), scale=1.6 * 2 * reach, darkest=_DARKEST)
 
 
 def _lit(base: NDArray[np.float64], facing: NDArray[np.float64]) -> NDArray[np.float32]:

@@ -12,6 +12,7 @@ from origami_lab.parts.flat_region import FlatRegion, flat_regions
 from origami_lab.parts.frame import PartFrame, find_frame, is_flat_faced
 from origami_lab.parts.setup import PartLayout, PartSetup, curved_setup, flat_setup, lay_out
 from origami_lab.parts.shape_measures import Curvature, covered_share, curvature
+from origami_lab.parts.sharp_edges import sharpened
 from origami_lab.parts.surface import Array, PartSurface, read_surface
 from origami_lab.targets.mesh_reader import GLTF
 from origami_lab.targets.mesh_target import MOST_FACES, rotation_matrix
@@ -28,6 +29,10 @@ class PartAnalysis:
 
     path: Path
     surface: PartSurface
+    laid: PartSurface
+    """The same with sharp edges in place of roundings between flat panels, by which it is laid on the board."""
+    rounded: float
+    """How far these edges are from the part as it is, units of the file; 0 if there are none."""
     regions: tuple[FlatRegion, ...]
     """Its flat regions, the largest first."""
     frame: PartFrame
@@ -38,6 +43,10 @@ class PartAnalysis:
     """How its curved parts bend."""
     covered: float
     """The part of an open surface that lies under another part of it, seen from above as it lies on the board."""
+    walls: float | None
+    """The thickness of the walls, units of the file, if it is a thin-walled solid of which one skin is taken."""
+    skin: str | None
+    """Which skin that is, ``outer`` or ``inner``."""
     unit: str
     """The unit that its size suggests: ``mm`` or ``m``; a glTF file's is metres."""
     setup: PartSetup
@@ -49,7 +58,7 @@ class PartAnalysis:
 
     @property
     def is_flat_faced(self) -> bool:
-        return is_flat_faced(self.surface, self.regions)
+        return is_flat_faced(self.laid, self.regions)
 
     @property
     def holes(self) -> int:
@@ -87,6 +96,7 @@ def analyse_part(
     rotate: Sequence[float] | None = None,
     scale: float | None = None,
     max_faces: int = MOST_FACES,
+    skin: str | None = "auto",
 ) -> PartAnalysis:
     """Read a mesh file and find out what it is and how it is to be laid on the board.
 
@@ -102,17 +112,22 @@ def analyse_part(
         Cells per unit of the file, if it is given.
     max_faces
         More triangles than this are refused.
+    skin
+        Of a thin-walled solid the ``outer`` or the ``inner`` side of its walls, None for all of it; ``auto``: the
+        outer one if it is such a solid.
 
     Raises
     ------
     InputError
-        If the file cannot be read or has no area.
+        If the file cannot be read, has no area, or has no skin where one is asked for.
     """
-    surface = read_surface(path, max_faces)
-    regions = flat_regions(surface)
+    surface, walls = read_surface(path, max_faces, skin)
+    regions, laid, off = flat_regions(surface), surface, 0.0
+    if not is_flat_faced(surface, regions) and (sharp := sharpened(surface)) is not None:
+        regions, laid, off = sharp.regions, sharp.surface, sharp.off
     turned = None if rotate is None else rotation_matrix(rotate) @ (Y_UP if up == "y" else np.eye(3))
-    frame = find_frame(surface, regions, turned)
-    layout = lay_out(surface, regions, frame, scale)
+    frame = find_frame(laid, regions, turned)
+    layout = lay_out(laid, regions, frame, scale)
     if layout is None:
         setup = curved_setup(surface, frame, scale)
     else:
@@ -120,11 +135,15 @@ def analyse_part(
     return PartAnalysis(
         path=Path(path),
         surface=surface,
+        laid=laid,
+        rounded=off,
         regions=regions,
         frame=frame,
         layout=layout,
-        curvature=curvature(surface, regions),
+        curvature=curvature(laid, regions),
         covered=0.0 if surface.is_closed else covered_share(surface, frame),
+        walls=walls,
+        skin=None if walls is None else "outer" if skin == "auto" else skin,
         unit=_unit(surface, Path(path)),
         setup=setup,
     )

@@ -57,8 +57,8 @@ class FlatRegion:
 
 def flat_regions(surface: PartSurface) -> tuple[FlatRegion, ...]:
     """All flat regions with a noticeable share of the area, the largest first."""
-    tolerance = max(4.0 * surface.precision, PLANE * surface.size)
-    labels = _labels(surface, tolerance)
+    tolerance = flat_tolerance(surface)
+    labels = planes_of(surface, tolerance)
     count = int(labels.max()) + 1
     vectors = np.zeros((count, 3))
     np.add.at(vectors, labels, surface.area_vectors)
@@ -104,7 +104,12 @@ def flat_regions(surface: PartSurface) -> tuple[FlatRegion, ...]:
     return tuple(found) if len(found) == len(kept) else ()
 
 
-def _labels(surface: PartSurface, tolerance: float) -> Indices:
+def flat_tolerance(surface: PartSurface) -> float:
+    """How far what counts as flat may be from a plane, units of the file."""
+    return max(4.0 * surface.precision, PLANE * surface.size)
+
+
+def planes_of(surface: PartSurface, tolerance: float) -> Indices:
     """(F,) which faces are flat together."""
     pairs, at = surface.neighbours
     count = len(surface.faces)

@@ -18,6 +18,7 @@ from scipy.spatial import cKDTree
 
 from origami_lab.errors import InputError
 from origami_lab.targets.mesh_reader import read_mesh, used
+from origami_lab.targets.skins import SKINS, find_walls, no_walls
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -134,16 +135,30 @@ class PartSurface:
         return _count(int(index.max()) + 1, index.reshape(-1, 2))
 
 
-def read_surface(path: str | Path, max_faces: int) -> PartSurface:
-    """A mesh file's surface, its vertices joined as far as the file's own digits leave it open.
+def read_surface(path: str | Path, max_faces: int, skin: str | None = None) -> tuple[PartSurface, float | None]:
+    """A mesh file's surface, its vertices joined as far as the file's own digits leave it open; and its walls.
+
+    Parameters
+    ----------
+    skin
+        As for :func:`origami_lab.targets.mesh_target.load_mesh`; ``"auto"``: the outer one of a thin-walled solid.
+
+    Returns
+    -------
+    The surface, and the thickness of the walls whose skin it is; None if it is the whole mesh.
 
     Raises
     ------
     InputError
-        If it cannot be read (see ``targets``) or has no area.
+        If it cannot be read (see ``targets``), has no area, or has no skin where one is asked for.
     """
     vertices, faces, precision = read_mesh(Path(path), max_faces)
-    return surface_of(vertices, faces, precision, path)
+    walls = None if skin is None else find_walls(vertices, faces, precision)
+    if walls is not None:
+        vertices, faces = used(vertices, faces[walls.skin("inner" if skin == "inner" else "outer")])
+    elif skin in SKINS:
+        raise no_walls(path, skin)
+    return surface_of(vertices, faces, precision, path), None if walls is None else walls.thickness
 
 
 def surface_of(vertices: Array, faces: Indices, precision: float, name: object = "part") -> PartSurface:

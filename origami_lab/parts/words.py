@@ -40,6 +40,8 @@ def lies(part: PartAnalysis) -> str:
 def kind_words(part: PartAnalysis) -> str:
     """What sort of part it is."""
     form = f"flat-faced, {len(part.regions)} faces" if part.is_flat_faced else "curved"
+    if part.skin is not None:
+        return f"{form}, the {part.skin} skin of a solid with thin walls"
     return f"{form}, {'a closed solid' if part.surface.is_closed else 'an open surface'}"
 
 
@@ -65,6 +67,16 @@ def warnings(part: PartAnalysis) -> Iterator[str]:
     surface, layout, setup = part.surface, part.layout, part.setup
     if surface.bodies > 1:
         yield f"it has {surface.bodies} pieces that do not hang together; one sheet is to become all of them"
+    if part.walls is not None:
+        yield (
+            f"its walls are about {part.walls:.3g} units thick: a sheet is to become their {part.skin} side, and"
+            f" distances are to that (target.skin={'inner' if part.skin == 'outer' else 'outer'} is the other side)"
+        )
+    if part.rounded > 0.0:
+        yield (
+            f"its edges are rounded, and creases are sharp: they come to lie up to {part.rounded:.3g} units outside of"
+            " the bends"
+        )
     if surface.is_closed:
         yield "it is a closed solid: only its outside counts, all of it, its underside too; what is inside is free"
     if part.holes:

@@ -13,6 +13,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 from sb3_contrib import MaskablePPO
+from stable_baselines3.common.logger import Logger
 
 from origami_lab.search.ppo_environment import EpisodeVecEnv
 from origami_lab.search.ppo_kernels import loss_gradient
@@ -63,7 +64,7 @@ def learner(
 
     The parameters are those of :class:`~origami_lab.search.ProximalPolicyOptimization`.
     """
-    return MaskedLearner(
+    learner = MaskedLearner(
         SeenInputsPolicy,
         EpisodeVecEnv(episodes),
         learning_rate=learning_rate,
@@ -78,6 +79,8 @@ def learner(
         policy_kwargs={"net_arch": layers, "optimizer_kwargs": {"eps": 1e-5, "fused": True}},
         device="cpu",
     )
+    learner.set_logger(Logger(folder=None, output_formats=[]))  # its own leaves a folder among the temporary files
+    return learner
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ import numpy as np
 from origami_lab.errors import InputError
 from origami_lab.lengths import millimetres
 from origami_lab.targets.mesh_reader import Array, Indices, axis_up, millimetres_per_unit, read_mesh, used
+from origami_lab.targets.skins import SKINS, Skin, skin_of
 from origami_lab.targets.target import Target
 
 
@@ -30,6 +31,7 @@ def mesh(
     board_width: int | None = None,
     board_height: int | None = None,
     cell: float | str | None = None,
+    skin: Skin | None = None,
 ) -> Target:
     """A target from a mesh file: see :func:`origami_lab.targets.mesh_target.load_mesh` for all parameters but one.
 
@@ -51,7 +53,8 @@ def mesh(
         scale = scale * millimetres_per_unit(path) / length
     try:
         vertices, faces, is_closed, units, uncertainty = load_mesh(
-            path, scale, rotate, translate, fit, align_z, closed, board_size, max_faces, up, board_width, board_height
+            *(path, scale, rotate, translate, fit, align_z, closed, board_size, max_faces, up),
+            *(board_width, board_height, skin),
         )
     except InputError as error:
         if length is None or fit is not None or error.field != "target.scale" or not scale > 0.0:
@@ -82,6 +85,7 @@ def load_mesh(
     up: str | None = "auto",
     board_width: int | None = None,
     board_height: int | None = None,
+    skin: Skin | None = None,
 ) -> tuple[Array, Indices, bool, float, float]:
     """Read a mesh and place it; the steps are done in the order up, rotate, fit, scale, translate, align_z.
 
@@ -118,6 +122,9 @@ def load_mesh(
         runs which do not say what is up keep their target.
     board_width, board_height
         Points of the board along x and along y; None for N.
+    skin
+        ``"outer"`` or ``"inner"``: of a thin-walled solid (see :mod:`~origami_lab.targets.skins`) that side of its
+        walls alone, an open surface. ``None``: the mesh as it is.
 
     Returns
     -------
@@ -128,14 +135,17 @@ def load_mesh(
     ------
     InputError
         If a setting is wrong; if the file cannot be read (see :func:`read_mesh`) or has no area; if it is open
-        where ``closed=True``; if the result is smaller than a tenth of a board cell, larger than two boards, or
+        where ``closed=True``; if it is to have a skin and is no thin-walled solid; if the result is smaller than a
+        tenth of a board cell, larger than two boards, or
         further away than that.
     """
     # settings first: they are cheap to check
-    angles, shift, place = check_settings(path, scale, rotate, translate, fit, align_z, closed, max_faces, up)
+    angles, shift, place = check_settings(path, scale, rotate, translate, fit, align_z, closed, max_faces, up, skin)
     board = [board_size if side is None else side for side in (board_width, board_height)]
 
     vertices, faces, precision = read_mesh(Path(path), max_faces, as_first=up is None)
+    if skin is not None:
+        vertices, faces = used(vertices, faces[skin_of(path, vertices, faces, precision, skin)])
     if (axis_up(path) if up == "auto" else up) == "y":
         vertices = np.column_stack([vertices[:, 0], -vertices[:, 2], vertices[:, 1]])
     vertices, faces = _weld(vertices, faces)
@@ -189,6 +199,7 @@ def check_settings(
     closed: str | bool = "auto",
     max_faces: int = 200_000,
     up: str | None = "auto",
+    skin: str | None = None,
 ) -> tuple[Array, Array, Array | None]:
     """Check what :func:`load_mesh` takes, without reading the file; the angles, the shift and the point of align_z.
 
@@ -211,6 +222,8 @@ def check_settings(
         raise InputError("target.closed", closed, "must be auto, true or false")
     if up not in ("auto", "y", "z", None):
         raise InputError("target.up", up, "must be auto, y or z")
+    if skin is not None and skin not in SKINS:
+        raise InputError("target.skin", skin, f"must be auto, {', '.join(SKINS)} or null")
     return angles, shift, alignment_point(align_z)
 
 

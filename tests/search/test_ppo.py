@@ -88,8 +88,11 @@ def test_the_command_refuses_it_before_anything_is_written(
 
 
 @pytest.mark.parametrize("observation", ["compact", "tensor"])
-def test_it_plays_with_either_observation_and_leaves_no_trace(torch: Any, observation: str) -> None:
-    """More than one update; the global generators, torch's threads and its checks are as they were."""
+def test_it_plays_with_either_observation_and_leaves_no_trace(
+    torch: Any, observation: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """More than one update; the global generators, torch's threads, its checks and temporary files are as they were."""
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     searcher = ProximalPolicyOptimization(observation, 30, batch=120, games=4, epochs=2, layers=[16])
     threads = torch.get_num_threads()
     torch.set_num_threads(2)
@@ -109,6 +112,7 @@ def test_it_plays_with_either_observation_and_leaves_no_trace(torch: Any, observ
         torch.set_num_threads(threads)
     assert problem.interactions == 500
     assert problem.episodes > 20
+    assert not list(tmp_path.glob("SB3*"))  # torch keeps a cache of its own there
 
 
 @pytest.mark.usefixtures("torch")
