@@ -54,13 +54,17 @@ def composes(words: tuple[str, ...]) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("command", SHOWN, ids=str)
-def test_a_command_of_a_page_runs(command: Command, desk: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_command_of_a_page_runs(
+    command: Command, desk: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.chdir(desk)
     word, *options = command.words
     if word in SERVERS and "--sync" not in options:
         if word not in COMMANDS:
             pytest.skip("there is no such command yet")
         assert main([word, "--help"]) == 0
+        taken = capsys.readouterr().out
+        assert all(option in taken for option in options if option.startswith("--"))
     elif command.composed and word == "sweep":
         assert (desk / options[0]).is_file()
     elif command.composed:
