@@ -11,6 +11,7 @@ from pathlib import Path
 from origami_lab.commands.parser import Parser
 from origami_lab.errors import InputError
 from origami_lab.files import expanded, write_whole
+from origami_lab.lengths import MILLIMETRES
 from origami_lab.text import one_line
 
 WIDEST, NAMES = 110, 10
@@ -27,6 +28,9 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument(
         "--output", metavar="DIR", help="where NAME-check.html and NAME-check.png go (default: beside FILE)"
     )
+    parser.add_argument(
+        "--unit", choices=("auto", *MILLIMETRES), default="auto", help="of the file's numbers (default: by its size)"
+    )
     parser.add_argument("--text", action="store_true", help="print only, write no picture and no page")
     options = parser.parse_args(arguments)
     from origami_lab.parts.analysis import analyse_part
@@ -36,8 +40,9 @@ def main(arguments: Sequence[str]) -> int:
     folder = path.parent if options.output is None else expanded(options.output)
     if options.output is not None and not folder.is_dir():
         raise InputError("--output", options.output, "must be a folder")
-    part = analyse_part(path)
-    found, remarks, line = facts(part), list(warnings(part)), command(part, options.file)
+    part = analyse_part(path, unit=options.unit)
+    given = [] if options.unit == "auto" else [f"target.unit={options.unit}"]
+    found, remarks, line = facts(part), list(warnings(part)), command(part, options.file, *given)
     width = min(WIDEST, shutil.get_terminal_size().columns)
     print(one_line(path.name))
     for name, words in found:

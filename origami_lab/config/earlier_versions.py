@@ -83,7 +83,7 @@ LATER_IN_GROUPS: dict[str, dict[str, Any]] = {"board": {"width": None, "height":
 LATER_ARGUMENTS: dict[str, dict[str, Any]] = {
     "origami_lab.game.Square": {"position": None},
     "origami_lab.game.Crease": {"ends": None, "stays": "upper"},
-    "origami_lab.targets.mesh": {"board_width": None, "board_height": None, "cell": None, "skin": None},
+    "origami_lab.targets.mesh": {"board_width": None, "board_height": None, "cell": None, "skin": None, "unit": None},
     "origami_lab.objectives.BucketObjective": {"norm_of": "leaves"},
     "origami_lab.search.BreadthFirstSearch": {"aspiration": None, "inside_moves": False},
     "origami_lab.search.DepthFirstSearch": {"aspiration": None, "inside_moves": False},

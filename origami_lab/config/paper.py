@@ -53,5 +53,7 @@ def _with_cell(target: Node, cell: float, fits_part: bool) -> Node:
     if not is_mesh(target) or target.get("cell", 0) is not None:
         return target
     # with a cell the scale is a factor on the true size
-    size = target["scale"] * cell / millimetres_per_unit(str(target["path"])) if fits_part else target.get("scale", 1.0)
+    size = target.get("scale", 1.0)
+    if fits_part:
+        size = target["scale"] * cell / millimetres_per_unit(str(target["path"]), target.get("unit"))
     return {**target, "cell": cell, "scale": size}

@@ -17,8 +17,8 @@ from origami_lab.config.node import Node
 from origami_lab.errors import InputError
 from origami_lab.file_names import CONFIG
 from origami_lab.files import expanded
-from origami_lab.lengths import millimetres
-from origami_lab.targets.mesh_reader import millimetres_per_unit
+from origami_lab.lengths import MILLIMETRES, millimetres
+from origami_lab.targets.mesh_reader import GLTF
 
 if TYPE_CHECKING:
     from origami_lab.parts.analysis import PartAnalysis
@@ -28,6 +28,7 @@ GROUPS_BELOW = {"xyd": ("xy", "y", "x"), "xy": ("y", "x")}
 """Symmetry groups within a group, the largest first."""
 BY_HAND: dict[str, Any] = {
     **{"target.rotate": [0, 0, 0], "target.scale": 1.0, "target.translate": [0, 0, 0], "target.skin": None},
+    "target.unit": None,
     **{"board.size": 25, "board.width": None, "board.height": None, "symmetry.name": "none"},
     **{"start.size": "choose", "start.position": None, "max_crease_length": 2.9, "source_action": True},
     **{"driving_angle.max": 179.90874767107852, "driving_angle.count": 10},
@@ -81,19 +82,22 @@ def _chosen(values: Node, wanted: list[str]) -> tuple[dict[str, Any], tuple[str,
     names = ("path", "closed", "max_faces", "up", "skin")
     said = {name: target[name] for name in names if name in target and not (name == "skin" and target[name] == AUTO)}
     check_settings(**said, **{key: value for key, value in given.items() if value is not None})
-    full = _true_scale(values)
-    if full is not None:
-        given["scale"] = full * (1.0 if given["scale"] is None else float(given["scale"]))
+    cell = None if values.get("cell") is None else millimetres(values["cell"])
+    unit = target.get("unit")
+    if unit not in (None, AUTO, *MILLIMETRES):
+        raise InputError("target.unit", unit, f"must be auto, {', '.join(MILLIMETRES)} or null")
     part = analyse_part(
         expanded(target["path"]),
         up=str(target.get("up", "z")),
         max_faces=target.get("max_faces", MOST_FACES),
         skin=target.get("skin"),
+        unit=AUTO if unit == AUTO else unit or _unit_of_kind(target["path"]),
+        cell=cell,
         **given,
     )
     chosen = settings_of(part)
-    if full is not None:
-        chosen["target.scale"] = part.setup.scale / full
+    if cell is not None:  # the scale is a factor on the true size
+        chosen["target.scale"] = part.setup.scale * cell / MILLIMETRES[part.unit]
     some_given = "board.size" not in wanted or "board.width" not in wanted or "board.height" not in wanted
     if some_given or _get(values, "symmetry.name") == "xyd":  # whose board is as wide as high
         chosen |= {"board.width": None, "board.height": None, "board.size": max(part.setup.board)}
@@ -111,10 +115,9 @@ def _chosen(values: Node, wanted: list[str]) -> tuple[dict[str, Any], tuple[str,
     return kept, tuple(summary_lines(part))
 
 
-def _true_scale(values: Node) -> float | None:
-    """Board cells per unit of the file at its true size; None where nobody says how long a cell is."""
-    cell = None if values.get("cell") is None else millimetres(values["cell"])
-    return None if cell is None else millimetres_per_unit(str(values["target"].get("path"))) / cell
+def _unit_of_kind(path: str | Path) -> str:
+    """The unit that files of this name have where nobody says it."""
+    return "m" if Path(path).suffix.lower().lstrip(".") in GLTF else "mm"
 
 
 def settings_of(part: PartAnalysis) -> dict[str, Any]:
@@ -127,6 +130,7 @@ def settings_of(part: PartAnalysis) -> dict[str, Any]:
         "target.scale": setup.scale,
         "target.translate": [float(shift) for shift in setup.translate],
         "target.skin": part.skin,
+        "target.unit": part.unit,
         "board.size": max(wide, high),
         "board.width": None if same else wide,
         "board.height": None if same else high,

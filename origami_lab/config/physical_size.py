@@ -19,7 +19,9 @@ def millimetres_per_cell(settings: Settings, target: Target | None) -> float | N
         return settings.cell
     if target is None or target.units_per_cell is None or settings.target is None:
         return None
-    return target.units_per_cell * millimetres_per_unit(str(settings.target.get("path", "")))
+    return target.units_per_cell * millimetres_per_unit(
+        str(settings.target.get("path", "")), settings.target.get("unit")
+    )
 
 
 def is_distance(objective: Any) -> bool:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from origami_lab.lengths import MILLIMETRES
 from origami_lab.parts.flat_region import FlatRegion, flat_regions
 from origami_lab.parts.frame import PartFrame, find_frame, is_flat_faced
 from origami_lab.parts.setup import PartLayout, PartSetup, curved_setup, flat_setup, lay_out
@@ -20,7 +21,6 @@ from origami_lab.targets.target import Target
 
 Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """What ``target.up=y`` does."""
-MILLIMETRES = {"mm": 1.0, "m": 1000.0}
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class PartAnalysis:
     skin: str | None
     """Which skin that is, ``outer`` or ``inner``."""
     unit: str
-    """The unit that its size suggests: ``mm`` or ``m``; a glTF file's is metres."""
+    """The file's unit as it was given, else the one that its size suggests: ``mm`` or ``m``; of glTF metres."""
     setup: PartSetup
 
     @property
@@ -67,7 +67,7 @@ class PartAnalysis:
 
     @property
     def cell(self) -> float:
-        """A board cell, in millimetres if the guess of the unit is right."""
+        """A board cell, in millimetres if the unit is right."""
         return MILLIMETRES[self.unit] / self.setup.scale
 
     @property
@@ -97,6 +97,8 @@ def analyse_part(
     scale: float | None = None,
     max_faces: int = MOST_FACES,
     skin: str | None = "auto",
+    unit: str = "auto",
+    cell: float | None = None,
 ) -> PartAnalysis:
     """Read a mesh file and find out what it is and how it is to be laid on the board.
 
@@ -115,6 +117,10 @@ def analyse_part(
     skin
         Of a thin-walled solid the ``outer`` or the ``inner`` side of its walls, None for all of it; ``auto``: the
         outer one if it is such a solid.
+    unit
+        That of the file: ``mm``, ``cm``, ``m`` or ``in``; ``auto``: by its kind and size.
+    cell
+        The length of a board cell in millimetres, if it is given: ``scale`` is then a factor on the true size.
 
     Raises
     ------
@@ -122,6 +128,9 @@ def analyse_part(
         If the file cannot be read, has no area, or has no skin where one is asked for.
     """
     surface, walls = read_surface(path, max_faces, skin)
+    unit = _unit(surface, Path(path)) if unit == "auto" else unit
+    if cell is not None:
+        scale = (1.0 if scale is None else float(scale)) * MILLIMETRES[unit] / cell
     regions, laid, off = flat_regions(surface), surface, 0.0
     if not is_flat_faced(surface, regions) and (sharp := sharpened(surface)) is not None:
         regions, laid, off = sharp.regions, sharp.surface, sharp.off
@@ -144,7 +153,7 @@ def analyse_part(
         covered=0.0 if surface.is_closed else covered_share(surface, frame),
         walls=walls,
         skin=None if walls is None else "outer" if skin == "auto" else skin,
-        unit=_unit(surface, Path(path)),
+        unit=unit,
         setup=setup,
     )
 

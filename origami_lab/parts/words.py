@@ -10,6 +10,7 @@ from origami_lab.parts.analysis import PartAnalysis
 
 COVERED, FULL, TIGHT = 0.05, 0.6, 0.1
 """Parts of an area from which a warning is worth it: under something else, of the largest sheet, bent too tightly."""
+UNIT_WORDS = {"mm": "millimetres", "cm": "centimetres", "m": "metres", "in": "inches"}
 GROUP_WORDS = {
     "none": "none",
     "y": "left and right are mirror images",
@@ -120,7 +121,7 @@ def facts(part: PartAnalysis) -> list[tuple[str, str]]:
     surface, setup = part.surface, part.setup
     unit = part.unit
     sizes = " × ".join(f"{length:.4g}" for length in part.extent)
-    guess = f"taken for {'millimetres' if unit == 'mm' else 'metres'}"
+    guess = f"taken for {UNIT_WORDS[unit]}"
     pieces = f"{surface.bodies} piece{'s' * (surface.bodies != 1)}, {len(surface.faces)} triangles"
     rims = "no open edge" if surface.is_closed else f"{surface.rims} rim{'s' * (surface.rims != 1)}"
     share = part.area_cells / part.board_cells
@@ -146,6 +147,6 @@ def _cells(part: PartAnalysis) -> str:
     return " × ".join(f"{length * part.setup.scale:.4g}" for length in part.extent)
 
 
-def command(part: PartAnalysis, path: str) -> str:
-    """The command to run."""
-    return shlex.join(["origami-lab", "target=mesh", f"target.path={path}", "seed=0..4"])
+def command(part: PartAnalysis, path: str, *given: str) -> str:
+    """The command to run, with settings that were given."""
+    return shlex.join(["origami-lab", "target=mesh", f"target.path={path}", *given, "seed=0..4"])

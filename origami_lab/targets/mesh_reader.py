@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from origami_lab.errors import InputError
 from origami_lab.files import expanded, regular_bytes
+from origami_lab.lengths import MILLIMETRES
 from origami_lab.targets.mesh_formats import READERS
 from origami_lab.targets.mesh_formats.gltf import whole_gltf
 from origami_lab.targets.mesh_formats.polygons import triangulate
@@ -48,8 +49,13 @@ def axis_up(path: str | Path) -> Literal["y", "z"]:
     return "y" if Path(path).suffix.lower().lstrip(".") in GLTF else "z"
 
 
-def millimetres_per_unit(path: str | Path) -> float:
-    """A unit of a file of this name in millimetres: a metre by glTF's standard; other kinds do not say, so one."""
+def millimetres_per_unit(path: str | Path, unit: str | None = None) -> float:
+    """A unit of a file in millimetres: as it is known (``mm``, ``cm``, ``m``, ``in``), else as its kind says.
+
+    By glTF's standard that is a metre; other kinds do not say, so it is one millimetre.
+    """
+    if unit is not None:
+        return MILLIMETRES[unit]
     return 1000.0 if Path(path).suffix.lower().lstrip(".") in GLTF else 1.0
 
 

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from origami_lab.errors import InputError
-from origami_lab.lengths import millimetres
+from origami_lab.lengths import MILLIMETRES, millimetres
 from origami_lab.targets.mesh_reader import Array, Indices, axis_up, millimetres_per_unit, read_mesh, used
 from origami_lab.targets.skins import SKINS, Skin, skin_of
 from origami_lab.targets.target import Target
@@ -32,14 +32,17 @@ def mesh(
     board_height: int | None = None,
     cell: float | str | None = None,
     skin: Skin | None = None,
+    unit: str | None = None,
 ) -> Target:
-    """A target from a mesh file: see :func:`origami_lab.targets.mesh_target.load_mesh` for all parameters but one.
+    """A target from a mesh file: see :func:`origami_lab.targets.mesh_target.load_mesh` for all parameters but two.
 
     Parameters
     ----------
     cell
         The length of a board cell, ``"5mm"`` or a number of millimetres: without ``fit`` the mesh is then as large as
         its file says, and ``scale`` a factor on that.
+    unit
+        That of the file: ``mm``, ``cm``, ``m`` or ``in``; None: what its kind says, millimetres where it says nothing.
 
     Raises
     ------
@@ -49,8 +52,10 @@ def mesh(
     length = None if cell is None else millimetres(cell)
     if cell is not None and length is None:
         raise InputError("target.cell", cell, "must be a length above 0, like 5mm")
+    if unit is not None and unit not in MILLIMETRES:
+        raise InputError("target.unit", unit, f"must be auto, {', '.join(MILLIMETRES)} or null")
     if length is not None and fit is None and _is_number(scale):
-        scale = scale * millimetres_per_unit(path) / length
+        scale = scale * millimetres_per_unit(path, unit) / length
     try:
         vertices, faces, is_closed, units, uncertainty = load_mesh(
             *(path, scale, rotate, translate, fit, align_z, closed, board_size, max_faces, up),

@@ -13,6 +13,7 @@ from benchmarks.parts import shapes
 from origami_lab.config.compose import compose_settings
 from origami_lab.config.instantiate import build_objective, build_parts
 from origami_lab.config.node import flatten
+from origami_lab.config.physical_size import millimetres_per_cell
 from origami_lab.config.settings import Settings
 from origami_lab.config.warnings import remarks
 from origami_lab.errors import InputError
@@ -134,6 +135,37 @@ def test_a_cell_gives_a_part_its_true_size(bracket: Path) -> None:
         found, target = laid(bracket, f"cell={cell}mm")
         assert target.size == pytest.approx(size / cell, rel=1e-9)
         assert found.config["target"]["scale"] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("unit", "length", "words"),
+    [
+        ("mm", 1.0, ()),
+        ("mm", 1.0, ("target.unit=mm",)),
+        ("cm", 10.0, ("target.unit=cm",)),
+        ("in", 25.4, ("target.unit=in",)),
+        ("m", 1000.0, ("target.unit=m",)),
+        ("m", 1000.0, ()),  # what would be smaller than a fingernail is in metres
+    ],
+)
+def test_a_cell_gives_a_part_its_true_size_in_any_unit(
+    unit: str, length: float, words: tuple[str, ...], tmp_path: Path
+) -> None:
+    """The same part, 80 mm wide, in other units: as many cells, and as many millimetres a cell."""
+    (file := tmp_path / "part.stl").write_bytes(shapes.stl(shapes.l_bracket() / length))
+    found, target = laid(file, "cell=8mm", *words)
+    assert found.config["target"]["unit"] == unit
+    assert found.config["target"]["scale"] == 1.0
+    assert target.vertices[:, 0].max() - target.vertices[:, 0].min() == pytest.approx(80.0 / 8.0, rel=1e-5)
+    assert millimetres_per_cell(found, target) == 8.0
+    free, as_file = laid(file, *words)
+    assert millimetres_per_cell(free, as_file) == pytest.approx(10.0, rel=1e-5)
+
+
+def test_a_unit_that_there_is_not_is_refused(bracket: Path) -> None:
+    for words in ([], ["target.fit=board"], ["cell=5mm"]):
+        with pytest.raises(InputError, match=r"^target\.unit=foot: must be auto, mm, cm, m, in or null"):
+            laid(bracket, "target.unit=foot", *words)
 
 
 def test_a_sheet_makes_the_part_as_large_as_there_is_room(bracket: Path) -> None:
