@@ -18,7 +18,7 @@ from origami_lab.game.kernels.play import replay_unchecked
 from origami_lab.game.kernels.state import FIRST, SECOND, SELECTION, STATUS_NAMES, THIRD, States
 from origami_lab.game.moves import Extend, Move, Place, Point, Source
 from origami_lab.studio.design_board import PHASES, DesignBoard
-from origami_lab.studio.messages import (
+from origami_lab.studio.replies import (
     Ghost,
     Leaf,
     LegalPlace,
@@ -100,12 +100,11 @@ def board_view(
 def _counts(game: Game, states: States) -> tuple[int, int, int]:
     """Vertices, creases and panels of the whole sheet: of a sheet without holes, by Euler's formula."""
     sheet = game.sheet(states)
-    leaves = len(sheet.leaves)
-    on_boundary = _creases_on_boundary(sheet)
-    inner = len(sheet.creases) - on_boundary
-    vertices = len(sheet.flat)
-    panels = inner + leaves - vertices + 1 if len(sheet.triangles) else 0
-    return vertices, inner, panels
+    vertices, leaves = len(sheet.flat), len(sheet.leaves)
+    if not len(sheet.triangles):  # a single crease, and nothing on either side of it
+        return vertices, 0, 0
+    inner = len(sheet.creases) - _creases_on_boundary(sheet)
+    return vertices, inner, inner + leaves - vertices + 1
 
 
 def _creases_on_boundary(sheet: FoldedSheet) -> int:

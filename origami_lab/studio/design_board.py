@@ -17,11 +17,13 @@ import numpy as np
 from origami_lab.errors import InputError
 from origami_lab.game.edits import with_vertex_moved, without_vertices
 from origami_lab.game.game import Game
+from origami_lab.game.kernels.play import branch
 from origami_lab.game.kernels.state import (
     FIRST,
     NOT_FOLDABLE,
     PLACEMENT,
     RUNNING,
+    SECOND,
     SELECTION,
     TERMINATED,
     THIRD,
@@ -32,6 +34,8 @@ from origami_lab.game.moves import Move, Point, Terminate
 from origami_lab.objectives.objective import Score, bind
 from origami_lab.studio.legal_starts import Segment, free_segments, point_of, start_outlines
 
+MOST_TRIED = 150
+"""Places that are tried for whether another crease finds a place."""
 PHASES = ("start", "leaf", "first", "second", "third")
 """What is decided next, by the numbers of :mod:`origami_lab.game.kernels.state`."""
 
@@ -157,13 +161,16 @@ class DesignBoard:
         """Where the next child, or the next corner of the start pattern, may lie.
 
         With each the number of driving angles that the motion reaches then; of all but a middle child as many as now.
-        Those of middle children with which the sheet does not fold as far as the game asks are not among them.
+        Those of middle children with which the sheet does not fold as far as the game asks are not among them, nor are
+        those that leave no place for the next crease, unless there are too many to try.
         """
         legal, n = self.game.legal(self.states), self.game.rules.points
         at_points = legal[(legal >= 2 * n) & (legal < 3 * n)]
         reach = np.full(len(at_points), int(self.states["reach"][0]))
         if self.phase == THIRD:
             reach = reaches(self.game, self.states, at_points)
+        elif self.phase in (FIRST, SECOND) and len(at_points) <= MOST_TRIED:
+            reach[[not self._goes_on(int(action)) for action in at_points]] = 0
         found = [(point_of(self.game, a - 2 * n), int(k)) for a, k in zip(at_points, reach, strict=True)]
         return [(point, k) for point, k in found if k > self.game.first_angle]
 
@@ -205,10 +212,14 @@ class DesignBoard:
                 return None
             assert reason is not None
             return f"{reason.says} at {self.degrees(reach)}, the first driving angle that a design here needs"
-        trial = self.states.copy()
-        if not len(self.game.play(trial, action)):
-            return "leaves no place for the next crease"
-        return None
+        return None if self._goes_on(action) else "leaves no place for the next crease"
+
+    def _goes_on(self, action: int) -> bool:
+        """Whether there is a place for the next crease after a legal outer child."""
+        both = np.concatenate([self.states, self.states])
+        room = np.empty(self.game.rules.max_legal, dtype=np.int32)
+        count, _ = branch(both, 0, 1, self.game.rules.record, action, room)
+        return bool(count > 0)
 
     def warning(self, point: Point) -> str | None:
         """What a middle child at a legal place costs of the motion, in a sentence; None for nothing."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from origami_lab.config.node import flatten
 from origami_lab.config.option_files import read_options
-from origami_lab.studio.messages import Task
+from origami_lab.studio.replies import Task
 
 DEFAULT = "default"
 STARTS = {

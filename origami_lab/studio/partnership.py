@@ -17,12 +17,13 @@ from origami_lab.game.moves import Move, move_to_dict
 from origami_lab.studio.board_view import proposal_of, sheet_data, spoken
 from origami_lab.studio.design_board import DesignBoard, Refused
 from origami_lab.studio.measure_design import Furthest, Measured
-from origami_lab.studio.messages import (
-    AskExport,
-    AskPartner,
-    AskProposal,
+from origami_lab.studio.messages import AskExport, AskPartner, AskProposal, Message
+from origami_lab.studio.opening import Opened
+from origami_lab.studio.partner_process import PartnerProcess
+from origami_lab.studio.partner_search import Found, Progress
+from origami_lab.studio.partner_worker import Certified, Done, Order, Suggested
+from origami_lab.studio.replies import (
     Mark,
-    Message,
     TellCertified,
     TellExported,
     TellLook,
@@ -32,10 +33,6 @@ from origami_lab.studio.messages import (
     TellSaved,
     Worth,
 )
-from origami_lab.studio.opening import Opened
-from origami_lab.studio.partner_process import PartnerProcess
-from origami_lab.studio.partner_search import Found, Progress
-from origami_lab.studio.partner_worker import Certified, Done, Order, Suggested
 from origami_lab.studio.save_design import ToSave
 
 SEARCHES = ("suggest", "finish", "improve", "repair")

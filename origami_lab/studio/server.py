@@ -12,6 +12,7 @@ import logging
 import secrets
 import socket
 from collections.abc import Awaitable, Callable
+from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -25,8 +26,10 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from origami_lab.errors import InputError
-from origami_lab.studio.messages import LARGEST_REQUEST, Message, TellRefused
-from origami_lab.studio.opening import Opened
+from origami_lab.studio.design_board import DesignBoard
+from origami_lab.studio.messages import LARGEST_REQUEST, Message
+from origami_lab.studio.opening import Opened, open_settings
+from origami_lab.studio.replies import TellRefused
 from origami_lab.studio.session import Session
 
 HOST, PORT = "127.0.0.1", 8642
@@ -78,6 +81,13 @@ class Studio:
             *(Route(f"/{{token}}/{name}", self._file(name, kind)) for name, kind in FILES.items()),
         ]
         self.app: ASGIApp = _Guarded(Starlette(routes=routes), self)
+
+    def load(self) -> None:
+        """Bring what a design needs into memory, where none has been opened yet: it takes seconds."""
+        if self.opened is None:
+            with suppress(Exception):
+                first = open_settings(["target=cube"])
+                DesignBoard(first.game, first.objective).place_start(0, 1)
 
     @property
     def address(self) -> str:
@@ -136,7 +146,10 @@ class Studio:
                     await ws.close(GONE)
                     return
                 await asyncio.sleep(0)  # other tabs have their turn
-        except (WebSocketDisconnect, RuntimeError, KeyError):  # gone, or it has sent something that is no text
+        except KeyError:  # it has sent something that is no text
+            with suppress(RuntimeError):
+                await ws.close(1003)
+        except (WebSocketDisconnect, RuntimeError):  # gone
             pass
         finally:
             self.sessions.discard(session)
@@ -221,6 +234,7 @@ def serve_studio(studio: Studio, listening: socket.socket, ready: Callable[[], N
             await asyncio.sleep(0.01)
         if server.started:
             ready()
+            await asyncio.to_thread(studio.load)
         try:
             await serving
         finally:

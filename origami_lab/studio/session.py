@@ -36,15 +36,11 @@ from origami_lab.studio.messages import (
     AskStart,
     AskStep,
     Message,
-    Packed,
-    TellMotion,
-    TellOpened,
-    TellRefused,
-    TellWelcome,
 )
 from origami_lab.studio.motion_end import motion_end
 from origami_lab.studio.opening import Opened, open_settings
 from origami_lab.studio.partnership import Partnership
+from origami_lab.studio.replies import Packed, TellMotion, TellOpened, TellRefused, TellWelcome
 
 Send = Callable[[Message], None]
 NO_SEARCHERS = {"ppo"}

@@ -9,9 +9,10 @@ import json
 import sys
 from typing import Any
 
-from origami_lab.studio.messages import REPLIES, REQUESTS
+from origami_lab.studio.messages import REQUESTS
+from origami_lab.studio.replies import REPLIES
 
-_HEAD = "// Made of origami_lab/studio/messages.py by `npm run types`: not to be changed by hand.\n"
+_HEAD = "// Made of origami_lab/studio/messages.py and replies.py by `npm run types`: not to be changed by hand.\n"
 _PLAIN = {"integer": "number", "number": "number", "string": "string", "boolean": "boolean", "null": "null"}
 
 

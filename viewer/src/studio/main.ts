@@ -22,7 +22,7 @@ let sheet: SheetData | null = null;
 let pinned: { sheet: SheetData; worth: Worth | null } | null = null;
 let sign: -1 | 1 = -1;
 let moving: Point | null = null;
-let told = 0; // messages but for answers to pointing
+let told = 0; // answers to what was done
 
 const folding = new Folding((motion, at) => board?.fold(motion, at));
 const connection = new Connection(take, (why) => {
@@ -44,7 +44,7 @@ const partners = new Partners(
 
 function take(reply: Reply): void {
   answer(reply);
-  if (reply.kind !== "pointed") told += 1;
+  if (reply.kind === "board" || reply.kind === "refused") told += 1;
 }
 
 function answer(reply: Reply): void {
@@ -399,4 +399,14 @@ addEventListener("keydown", (event) => {
 });
 
 // for whoever drives the page from outside
-Object.assign(window, { studioWhere: (at: Point) => board?.where(at), studioTold: () => told, studioState: () => state });
+Object.assign(window, {
+  studioWhere: (at: Point) => board?.where(at),
+  studioTold: () => told,
+  studioState: () => state,
+  studioHalf: () => game?.half,
+  studioOffered: () => [
+    ...(state?.places ?? []).map((place) => place.at),
+    ...(state?.leaves ?? []).filter((leaf) => !leaf.says).map((leaf) => leaf.at),
+    ...(state?.placements ?? []).map((outline) => outline[0]),
+  ],
+});

@@ -1,4 +1,4 @@
-// Made of origami_lab/studio/messages.py by `npm run types`: not to be changed by hand.
+// Made of origami_lab/studio/messages.py and replies.py by `npm run types`: not to be changed by hand.
 
 // Take the extensions of vertices away, and what grew from them.
 export interface AskCut {
