@@ -7,6 +7,7 @@ pointed at to its answer, a frame of the slider's script. ``--clicks`` has N run
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import platform
 import statistics
@@ -18,15 +19,17 @@ import numpy as np
 from playwright.sync_api import Browser, sync_playwright
 
 from benchmarks import write_report
-from tests.growing import grown
-from tests.studio.driving import CHROMIUM, FLAGS, Page, browser_page, studio, wait_for
+from origami_lab.fold_format import write_fold
+from origami_lab.studio.design_board import DesignBoard, Refused
+from origami_lab.studio.opening import open_settings
+from tests.studio.driving import CHROMIUM, FLAGS, Page, browser_page, studio
 from tests.studio.random_clicks import random_clicks
 
 VERTICES = 150
-POINTS = 120
-FRAMES = 120
+POINTS = 32
+FRAMES = 60
 """Places that are pointed at, and frames of the slider."""
-OPENINGS = 5
+OPENINGS = 3
 TASKS = ("pyramid", "cube", "bowl", "bucket", "shelf", "table", "chair", "face", "packaging", "bowl")
 
 _POINT = """(at) => new Promise((done) => {
@@ -40,24 +43,29 @@ _FRAME = """(part) => { const slider = document.getElementById('slider'), began 
   slider.value = part * 170; slider.dispatchEvent(new Event('input')); return performance.now() - began; }"""
 
 
-def big_design(folder: Path) -> Path:
-    """A random design of at least so many vertices, as an actions.json beside nothing else."""
-    from dataclasses import replace
-
-    from origami_lab.config.compose import compose_settings
-    from origami_lab.studio.opening import open_design
-    from origami_lab.studio.save_design import ToSave, save_design
-
+def big_design(folder: Path) -> list[str]:
+    """A random design of at least so many vertices, as words for the command."""
     settings = ["target=bowl", "symmetry=none", "max_crease_length=2.9", "start.size=2"]
-    opened = open_design(settings)
-    for seed in range(1000):
-        states = grown(opened.game, np.random.default_rng(seed), 90)
-        if int(states["n_vertices"][0]) >= VERTICES:
-            break
-    actions = opened.game.finished_actions(states)
-    made = ToSave(folder / "big", actions, -9.0, 0, len(actions), 0.0, ())
-    save_design(replace(compose_settings(settings)), opened.game, opened.objective, opened.target, made)
-    return folder / "big"
+    opened = open_settings(settings)
+    game, rng = opened.game, np.random.default_rng(0)
+    board = DesignBoard(game, opened.objective)
+    board.place_start(0, 1)
+    while int(board.states["n_vertices"][0]) < VERTICES:
+        try:
+            leaves = [at for at, reason in board.leaves() if reason is None]
+            board.select(leaves[int(rng.integers(len(leaves)))], int(rng.choice([-1, 1])))
+            while board.phase > 1:
+                places = board.places()
+                if not places:
+                    break
+                board.place(places[int(rng.integers(len(places)))][0])
+        except Refused:
+            pass
+        board.back_to_step()
+    angle = int(board.states["reach"][0]) - 1
+    facts = {"task": "bowl", "board": game.board_fact, "driving_angle": math.degrees(game.angles[angle])}
+    write_fold(folder / "big.fold", game.design(board.actions, angle, facts))
+    return [str(folder / "big.fold"), *settings]
 
 
 def opening(browser: Browser, folder: Path) -> list[str]:
@@ -92,12 +100,11 @@ def opening(browser: Browser, folder: Path) -> list[str]:
 
 def pointing(browser: Browser, folder: Path) -> list[str]:
     """Answers to places, and frames, with many vertices on the board."""
-    run = big_design(folder)
-    with studio(folder, str(run), name="big") as server:
+    with studio(folder, *big_design(folder), name="big") as server:
         tab = browser_page(browser, viewport={"width": 1400, "height": 900})
         page = Page(tab, server.address)
         page.is_open()
-        time.sleep(15)  # the partner's process has loaded
+        time.sleep(10)  # the partner's process has loaded
         vertices = page.state()["vertices"]
         found: dict[str, list[float]] = {"leaf": [], "first": [], "second": [], "third": []}
         rng = np.random.default_rng(0)
@@ -151,7 +158,6 @@ def clicks(browser: Browser, folder: Path, runs: int) -> None:
             page = Page(browser_page(browser), server.address)
             page.begin(TASKS[seed % len(TASKS)])
             random_clicks(page, np.random.default_rng(seed), 200)
-            wait_for(lambda page=page: page.state() is not None)
             assert page.errors == [], (seed, page.errors)
             assert "Traceback" not in server.log, server.log
             page.tab.context.close()

@@ -1,7 +1,7 @@
 """The film of the studio's documentation: ``python -m benchmarks.studio_film docs/images/studio.gif``.
 
-A bowl designed together on the real page: a start and an extension by hand, a suggestion that is taken, an improvement that
-is watched, stopped and taken, and the fold.
+A bowl designed together on the real page: a start and an extension by hand, a suggestion that is taken, an improvement
+that is watched, stopped and taken, and the fold.
 """
 
 from __future__ import annotations
@@ -44,6 +44,12 @@ class Film:
         pictures[0].save(path, save_all=True, append_images=pictures[1:], duration=durations, loop=0, optimize=True)
 
 
+def another(page: Page, seen: str) -> str:
+    """The title of the next proposal."""
+    wait_for(lambda: page.text("besideTitle") not in ("", seen), 300)
+    return page.text("besideTitle")
+
+
 def design(page: Page, film: Film) -> None:
     tab = page.tab
     film.shoot(1.2)
@@ -72,8 +78,7 @@ def design(page: Page, film: Film) -> None:
     tab.click("[data-task=improve]")
     seen = ""
     for _ in range(6):
-        wait_for(lambda seen=seen: page.text("besideTitle") not in ("", seen), 300)
-        seen = page.text("besideTitle")
+        seen = another(page, seen)
         tab.wait_for_timeout(300)
         film.shoot(0.7)
         tab.wait_for_timeout(4000)

@@ -14,6 +14,7 @@ from origami_lab.config.settings import Settings
 from origami_lab.errors import InputError
 from origami_lab.game.game import Game
 from origami_lab.game.moves import Move, Point
+from origami_lab.runs.run_folder import FolderError
 from origami_lab.studio.measure_design import measure_design
 from origami_lab.studio.partner_search import Found, Partner, Progress
 from origami_lab.studio.save_design import SEED, ToSave, save_design
@@ -103,6 +104,8 @@ def serve(orders: Orders, calls: Calls, settings: Settings, game: Game) -> None:
             say(Done(result, interactions=partner.interactions))
         except InputError as error:
             say(Done(error=str(error)))
+        except (OSError, FolderError) as error:
+            say(Done(error=f"cannot be written: {FolderError(error).why if isinstance(error, OSError) else error.why}"))
         except Exception as error:  # what is wrong with a part of the user's ends a task and nothing else
             traceback.print_exc()
             say(Done(error=reason_of(error)))

@@ -85,8 +85,8 @@ class Partnership:
         self.history: list[dict[str, Any]] = []
         self.interactions = 0
         self._began, self._orders, self._revision = time.monotonic(), 0, 0
-        # what follows once the design is saved: a task, and a format
         self._next: tuple[str, str] | None = None
+        """What follows once the design is saved: a task, and a format."""
         self._saved_actions: tuple[int, ...] | None = None
         self._present = 0
 

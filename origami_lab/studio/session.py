@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -41,6 +42,7 @@ from origami_lab.studio.motion_end import motion_end
 from origami_lab.studio.opening import Opened, open_settings
 from origami_lab.studio.partnership import Partnership
 from origami_lab.studio.replies import Packed, TellMotion, TellOpened, TellRefused, TellWelcome
+from origami_lab.workers.worker_process import reason_of
 
 Send = Callable[[Message], None]
 NO_SEARCHERS = {"ppo"}
@@ -100,6 +102,9 @@ class Session:
                 self._answer(request)
         except (Refused, InputError) as error:
             self.send(TellRefused(says=str(error)))
+        except Exception as error:  # of an objective of the user's, or ours: it ends no tab
+            logging.getLogger(__name__).exception("a request could not be answered")
+            self.send(TellRefused(says=f"internal error: {reason_of(error)}"))
 
     # --- opening -----------------------------------------------------------------------------------------------------
 
