@@ -406,7 +406,7 @@ Object.assign(window, {
   studioHalf: () => game?.half,
   studioOffered: () => [
     ...(state?.places ?? []).map((place) => place.at),
-    ...(state?.leaves ?? []).filter((leaf) => !leaf.says).map((leaf) => leaf.at),
+    ...(state?.phase === "leaf" ? state.leaves : []).filter((leaf) => !leaf.says).map((leaf) => leaf.at),
     ...(state?.placements ?? []).map((outline) => outline[0]),
   ],
 });
