@@ -68,7 +68,7 @@ def design(page: Page, film: Film) -> None:
     tab.wait_for_timeout(400)
     film.shoot(1.0)
     tab.click("[data-task=suggest]")
-    wait_for(lambda: tab.is_hidden("#stop"), 300)
+    wait_for(lambda: "leads to" in page.text("besideTitle"), 300)
     tab.wait_for_timeout(500)
     film.shoot(1.8)
     page.press("take")
@@ -77,11 +77,11 @@ def design(page: Page, film: Film) -> None:
     tab.select_option("#budget", "5000000")
     tab.click("[data-task=improve]")
     seen = ""
-    for _ in range(6):
+    for _ in range(4):
         seen = another(page, seen)
         tab.wait_for_timeout(300)
         film.shoot(0.7)
-        tab.wait_for_timeout(4000)
+        tab.wait_for_timeout(2500)
     tab.click("#stop")
     wait_for(lambda: tab.is_hidden("#stop"))
     page.press("take")
