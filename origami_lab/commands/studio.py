@@ -46,14 +46,14 @@ def main(arguments: Sequence[str]) -> int:
 
     from origami_lab.config.compose import working_directory_importable
     from origami_lab.studio.opening import open_design
-    from origami_lab.studio.server import Studio, listen, serve_studio
+    from origami_lab.studio.server import StudioServer, listen, serve_studio
 
     with listen(port) as listening, working_directory_importable():
         opened = open_design(words) if words else None
         if opened is not None:
             for line in opened.settings.part_lines:
                 print(line, file=sys.stderr)
-        studio = Studio(opened, output, listening.getsockname()[1])
+        studio = StudioServer(opened, output, listening.getsockname()[1])
 
         def ready() -> None:
             print(f"the studio: {studio.address}", flush=True)

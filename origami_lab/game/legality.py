@@ -15,7 +15,7 @@ from origami_lab.game.game import Game
 from origami_lab.game.kernels import reasons as why
 from origami_lab.game.kernels.legal_actions import leaf_reason, reason_at
 from origami_lab.game.kernels.play import leaf_at
-from origami_lab.game.kernels.reach_of_places import reach_of_places
+from origami_lab.game.kernels.reached_angles import reach_of_places
 from origami_lab.game.kernels.state import FIRST, SECOND, THIRD, States
 from origami_lab.game.moves import Point
 

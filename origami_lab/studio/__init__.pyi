@@ -3,14 +3,14 @@
 from .by_hand import DesignedByHand
 from .design_board import DesignBoard, Refused
 from .opening import Opened, open_design
-from .server import Studio, serve_studio
+from .server import StudioServer, serve_studio
 
 __all__ = [
     "DesignBoard",
     "DesignedByHand",
     "Opened",
     "Refused",
-    "Studio",
+    "StudioServer",
     "open_design",
     "serve_studio",
 ]

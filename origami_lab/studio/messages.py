@@ -1,7 +1,7 @@
 """The messages of the page, as typed schemas: what it may ask for. Answers are in :mod:`origami_lab.studio.replies`.
 
-``viewer/src/studio/messages.ts`` is made of these (:mod:`origami_lab.studio.typescript`). Nothing that the page sends
-is a path or code: tasks, searchers and formats are names of closed lists, everything else is numbers.
+``viewer/src/studio/messages.ts`` is made of these (:mod:`origami_lab.studio.message_types`). Nothing that the page
+sends is a path or code: tasks, searchers and formats are names of closed lists, everything else is numbers.
 """
 
 from __future__ import annotations

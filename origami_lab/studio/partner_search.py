@@ -31,7 +31,7 @@ LOOKS, MOST_SUGGESTIONS = 6, 5
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundDesign:
     """A design that a search has come to."""
 
     value: float
@@ -40,14 +40,14 @@ class Found:
 
 
 @dataclass(frozen=True)
-class Progress:
+class SearchProgress:
     """How far a search is."""
 
     interactions: int
     best: float | None
 
 
-Report = Callable[[Progress | Found], None]
+Report = Callable[[SearchProgress | FoundDesign], None]
 
 
 def without_end(moves: Sequence[Move]) -> tuple[Move, ...]:
@@ -115,10 +115,12 @@ class Partner:
         left = without_vertices(self.game, own, _extended(self.game, own, region))
         self._search(game_from(self.game, self.settings, self._moves(left)), worth, make(), budget, seed)
 
-    def suggest(self, actions: tuple[int, ...], make: Make, budget: int, seed: int) -> list[tuple[Move, float, Found]]:
+    def suggest(
+        self, actions: tuple[int, ...], make: Make, budget: int, seed: int
+    ) -> list[tuple[Move, float, FoundDesign]]:
         """The best next moves: those with which the designs of a few short searches go on, the best design's first."""
         moves = self._moves(actions)
-        game, found = game_from(self.game, self.settings, moves), dict[Move, tuple[Move, float, Found]]()
+        game, found = game_from(self.game, self.settings, moves), dict[Move, tuple[Move, float, FoundDesign]]()
         for look in range(LOOKS):
             if self.should_stop():
                 break
@@ -154,7 +156,7 @@ class Partner:
         seed: int,
         *,
         quiet: bool = False,
-    ) -> Found | None:
+    ) -> FoundDesign | None:
         """One search in a game; what exceeds the present worth is reported, and the best returned."""
         before, told = self.interactions, 0
 
@@ -162,12 +164,12 @@ class Partner:
             nonlocal told
             self.interactions = before + problem.interactions
             best = problem.best_value
-            self.report(Progress(self.interactions, best if math.isfinite(best) else None))
+            self.report(SearchProgress(self.interactions, best if math.isfinite(best) else None))
             if len(problem.improvements) > told and not quiet:
                 told = len(problem.improvements)
                 if best > present:
                     last = problem.improvements[-1]
-                    self.report(Found(last.value, last.angle, without_end(game.moves(last.actions))))
+                    self.report(FoundDesign(last.value, last.angle, without_end(game.moves(last.actions))))
 
         present = -math.inf if worth is None else worth[0]
         problem = Problem(
@@ -188,7 +190,7 @@ class Partner:
         outcome = problem.outcome()
         if not outcome.succeeded or not outcome.value > present:
             return None
-        return Found(outcome.value, outcome.angle, without_end(game.moves(outcome.actions)))
+        return FoundDesign(outcome.value, outcome.angle, without_end(game.moves(outcome.actions)))
 
 
 Make = Callable[[], Searcher]

@@ -15,9 +15,9 @@ from origami_lab.errors import InputError
 from origami_lab.game.game import Game
 from origami_lab.game.moves import Move, Point
 from origami_lab.runs.run_folder import FolderError
-from origami_lab.studio.measure_design import measure_design
-from origami_lab.studio.partner_search import Found, Partner, Progress
-from origami_lab.studio.save_design import SEED, ToSave, save_design
+from origami_lab.studio.design_figures import measure_design
+from origami_lab.studio.design_saving import SEED, ToSave, save_design
+from origami_lab.studio.partner_search import FoundDesign, Partner, SearchProgress
 from origami_lab.workers.call_limit import Calls
 from origami_lab.workers.worker_process import Orders, reason_of
 
@@ -49,7 +49,7 @@ READY = -2
 
 @dataclass(frozen=True)
 class Heard:
-    """An answer to an order: :class:`Progress`, :class:`Found`, or what it has come to, the last."""
+    """An answer to an order: :class:`SearchProgress`, :class:`FoundDesign`, or what it has come to, the last."""
 
     number: int
     what: Any
@@ -68,7 +68,7 @@ class Done:
 class Suggested:
     """Next moves, the best first, each with the return of the design that it comes from."""
 
-    moves: tuple[tuple[Move, float, Found], ...]
+    moves: tuple[tuple[Move, float, FoundDesign], ...]
 
 
 @dataclass(frozen=True)
@@ -179,7 +179,7 @@ def _rework(
             saved,
             folder,
             PolishOptions(),
-            on_progress=lambda laid, best: partner.report(Progress(laid, best)),
+            on_progress=lambda laid, best: partner.report(SearchProgress(laid, best)),
             should_stop=orders.stop,
         )
         refresh_tables(folder)

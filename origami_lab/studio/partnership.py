@@ -14,13 +14,14 @@ from typing import Any
 
 from origami_lab.config.option_files import read_options
 from origami_lab.game.moves import Move, move_to_dict
-from origami_lab.studio.board_view import proposal_of, sheet_data, spoken
+from origami_lab.studio.board_telling import proposal_of, sheet_data, spoken
 from origami_lab.studio.design_board import DesignBoard, Refused
-from origami_lab.studio.measure_design import Furthest, Measured
+from origami_lab.studio.design_figures import Furthest, Measured
+from origami_lab.studio.design_saving import ToSave
 from origami_lab.studio.messages import AskExport, AskPartner, AskProposal, Message
 from origami_lab.studio.opening import Opened
 from origami_lab.studio.partner_process import PartnerProcess
-from origami_lab.studio.partner_search import Found, Progress
+from origami_lab.studio.partner_search import FoundDesign, SearchProgress
 from origami_lab.studio.partner_worker import Certified, Done, Order, Suggested
 from origami_lab.studio.replies import (
     Mark,
@@ -33,7 +34,6 @@ from origami_lab.studio.replies import (
     TellSaved,
     Worth,
 )
-from origami_lab.studio.save_design import ToSave
 
 SEARCHES = ("suggest", "finish", "improve", "repair")
 BEGINS = {
@@ -185,11 +185,11 @@ class Partnership:
 
     def _hear(self, order: Order, what: Any) -> None:
         match what:
-            case Progress(interactions=interactions, best=best):
+            case SearchProgress(interactions=interactions, best=best):
                 says = BEGINS[order.task]
                 told = TellPartner(task=order.task, running=True, says=says, interactions=interactions, best=best)
                 self.send(told)
-            case Found():
+            case FoundDesign():
                 self._offer(order.task, [Offer(what.moves, self._worth_of(what.value, what.angle))])
             case Done():
                 self._done(order, what)

@@ -9,7 +9,7 @@ from pydantic import Field, TypeAdapter
 from origami_lab.studio.messages import BoardPoint, Message
 
 
-class Task(Message):
+class GalleryTask(Message):
     """A task of the gallery."""
 
     name: str
@@ -93,7 +93,7 @@ class TellWelcome(Message):
     """The first message: what can be begun."""
 
     kind: Literal["welcome"] = "welcome"
-    tasks: list[Task]
+    tasks: list[GalleryTask]
     starts: list[str]
     opens: bool
     """Whether a design was named when the studio was started: it follows."""

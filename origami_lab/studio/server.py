@@ -55,7 +55,7 @@ HEADERS = {
 }
 
 
-class Studio:
+class StudioServer:
     """What all tabs have in common: what was opened, where designs are saved, and who may come in.
 
     Parameters
@@ -170,7 +170,7 @@ async def _write(ws: WebSocket, told: asyncio.Queue[Message | None]) -> None:
 class _Guarded:
     """Answers nobody who does not have the address, or comes from another page."""
 
-    def __init__(self, app: ASGIApp, studio: Studio) -> None:
+    def __init__(self, app: ASGIApp, studio: StudioServer) -> None:
         self._app, self._studio = app, studio
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -210,7 +210,7 @@ def listen(port: int | None) -> socket.socket:
     raise AssertionError
 
 
-def serve_studio(studio: Studio, listening: socket.socket, ready: Callable[[], None]) -> None:
+def serve_studio(studio: StudioServer, listening: socket.socket, ready: Callable[[], None]) -> None:
     """Serve until the process is told to end; ``ready`` is called once the page can be opened."""
     logging.getLogger("websockets").setLevel(logging.CRITICAL)  # a tab that is closed is nothing to report
     config = uvicorn.Config(

@@ -18,9 +18,8 @@ from origami_lab.drawing.viewer import LARGEST_TARGET, packed_surface
 from origami_lab.errors import InputError
 from origami_lab.export.formats import FORMATS
 from origami_lab.polish.polisher import can_be_polished
-from origami_lab.studio.board_view import board_view, pointed_view, sheet_data
+from origami_lab.studio.board_telling import board_view, pointed_view, sheet_data
 from origami_lab.studio.design_board import DesignBoard, Refused
-from origami_lab.studio.gallery import STARTS, settings_of, tasks
 from origami_lab.studio.messages import (
     REQUESTS,
     AskCut,
@@ -38,10 +37,11 @@ from origami_lab.studio.messages import (
     AskStep,
     Message,
 )
-from origami_lab.studio.motion_end import motion_end
+from origami_lab.studio.motion_limits import motion_end
 from origami_lab.studio.opening import Opened, open_settings
 from origami_lab.studio.partnership import Partnership
 from origami_lab.studio.replies import Packed, TellMotion, TellOpened, TellRefused, TellWelcome
+from origami_lab.studio.start_gallery import STARTS, settings_of, tasks
 from origami_lab.workers.worker_process import reason_of
 
 Send = Callable[[Message], None]

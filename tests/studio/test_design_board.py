@@ -8,9 +8,9 @@ import pytest
 from origami_lab.game import Game, Move, Place, Source
 from origami_lab.game.kernels.state import NOT_FOLDABLE, SCALARS, States
 from origami_lab.objectives import BucketObjective, ShapeObjective
-from origami_lab.studio.board_view import board_view, motion_points, pointed_view, sheet_data
+from origami_lab.studio.board_telling import board_view, motion_points, pointed_view, sheet_data
 from origami_lab.studio.design_board import DesignBoard, Refused
-from origami_lab.studio.motion_end import motion_end
+from origami_lab.studio.motion_limits import motion_end
 from origami_lab.targets import cube as cube_target
 from tests.growing import GAMES, grown, make, on_board
 from tests.known_designs.game_moves import cube, pyramid

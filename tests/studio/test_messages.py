@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from origami_lab.studio.message_types import typescript
 from origami_lab.studio.messages import LARGEST_REQUEST, MOST_POINTS, REQUESTS, Message
 from origami_lab.studio.opening import open_design
 from origami_lab.studio.replies import REPLIES, TellBoard, TellPointed, TellRefused
 from origami_lab.studio.session import Session
-from origami_lab.studio.typescript import typescript
 
 ROOT = Path(__file__).parents[2]
 

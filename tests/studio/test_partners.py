@@ -16,10 +16,10 @@ from origami_lab.game import Extend
 from origami_lab.objectives import BucketObjective
 from origami_lab.search import BreadthFirstSearch, NeighbourhoodSearch, RandomSearch
 from origami_lab.studio.design_board import DesignBoard
-from origami_lab.studio.measure_design import measure_design
+from origami_lab.studio.design_figures import measure_design
+from origami_lab.studio.design_saving import ToSave, save_design
 from origami_lab.studio.opening import Opened, open_design
-from origami_lab.studio.partner_search import Found, Partner, Progress
-from origami_lab.studio.save_design import ToSave, save_design
+from origami_lab.studio.partner_search import FoundDesign, Partner, SearchProgress
 from tests.known_designs.game_moves import cube
 
 BUDGET = 3000
@@ -41,12 +41,12 @@ class Ear:
     """Hears a partner, and stops it after so many designs."""
 
     def __init__(self, most: int = 10**9) -> None:
-        self.found: list[Found] = []
-        self.progress: list[Progress] = []
+        self.found: list[FoundDesign] = []
+        self.progress: list[SearchProgress] = []
         self.most = most
 
     def __call__(self, what: Any) -> None:
-        (self.found if isinstance(what, Found) else self.progress).append(what)
+        (self.found if isinstance(what, FoundDesign) else self.progress).append(what)
 
     def stop(self) -> bool:
         return len(self.found) >= self.most
@@ -62,7 +62,7 @@ def worth(board: DesignBoard) -> tuple[float, int]:
     return score.value, score.angle
 
 
-def is_what_it_says(board: DesignBoard, found: Found) -> None:
+def is_what_it_says(board: DesignBoard, found: FoundDesign) -> None:
     """A design is played move by move on a board of its own, and is worth what was said."""
     other = DesignBoard(board.game, board.objective)
     actions = board.game.finished_actions(board.game.replay_moves(found.moves))

@@ -87,6 +87,13 @@ export interface AskStep {
 
 export type Request = AskOpen | AskPoint | AskSelect | AskPlace | AskStart | AskSource | AskStep | AskCut | AskShift | AskPartner | AskProposal | AskSave | AskExport;
 
+// A task of the gallery.
+export interface GalleryTask {
+  name: string;
+  group: "target" | "objective";
+  says: string;
+}
+
 // What would be added: triangles in space at driving angles, and creases on the board.
 export interface Ghost {
   angles: number[];
@@ -157,13 +164,6 @@ export interface SheetState {
 export interface SourceSegment {
   number: number;
   ends: [number, number][];
-}
-
-// A task of the gallery.
-export interface Task {
-  name: string;
-  group: "target" | "objective";
-  says: string;
 }
 
 // Where the design stands.
@@ -299,7 +299,7 @@ export interface TellSaved {
 // The first message: what can be begun.
 export interface TellWelcome {
   kind: "welcome";
-  tasks: Task[];
+  tasks: GalleryTask[];
   starts: string[];
   opens: boolean;
 }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from origami_lab.config.node import flatten
 from origami_lab.config.option_files import read_options
-from origami_lab.studio.replies import Task
+from origami_lab.studio.replies import GalleryTask
 
 DEFAULT = "default"
 STARTS = {
@@ -27,14 +27,14 @@ _SAYS = {
 }
 
 
-def tasks() -> list[Task]:
+def tasks() -> list[GalleryTask]:
     """The targets and objectives of the configuration that need nothing to be given."""
     found = []
     for group in ("target", "objective"):
         for name, content in sorted(read_options(group).items()):
             whole = "???" not in flatten(content).values()
             if whole and (group == "objective" or content.get("target") is not None) and name != "shape":
-                found.append(Task(name=name, group=group, says=_SAYS.get(name, "")))
+                found.append(GalleryTask(name=name, group=group, says=_SAYS.get(name, "")))
     return found
 
 

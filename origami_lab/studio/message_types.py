@@ -1,6 +1,6 @@
 """The schema of the messages as TypeScript: what the page is checked against.
 
-``python -m origami_lab.studio.typescript`` prints it; ``npm run types`` in ``viewer/`` writes it where it belongs.
+``python -m origami_lab.studio.message_types`` prints it; ``npm run types`` in ``viewer/`` writes it where it belongs.
 """
 
 from __future__ import annotations
