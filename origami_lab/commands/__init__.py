@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from origami_lab.errors import InputError
 
-COMMANDS = ("check", "dashboard", "doctor", "export", "polish", "report", "simplify", "sweep", "verify")
+COMMANDS = ("check", "dashboard", "doctor", "export", "polish", "report", "simplify", "studio", "sweep", "verify")
 
 
 def number(option: str, text: str | None) -> float | None:

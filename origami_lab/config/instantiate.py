@@ -87,6 +87,12 @@ def build_objective(settings: Settings) -> tuple[Target | None, Any]:
     return made["target"], made["objective"]
 
 
+def build_searcher(settings: Settings) -> Searcher:
+    """A fresh searcher alone; raises InputError as :func:`build_parts` does."""
+    searcher: Searcher = _make_all(settings, "search")["search"]
+    return searcher
+
+
 def _make_all(settings: Settings, *fields: str) -> dict[str, Any]:
     """The parts that the settings name, by field, made and then checked."""
     nodes = {field: getattr(settings, field) for field in fields}

@@ -30,8 +30,8 @@ LIBRARIES = tuple(
 """Folders of Python's own modules and of installed ones."""
 _INSTALLED = ("site-packages", "dist-packages")
 _WITH_PARTS = ("target", "objective", "search", "start")
-_FROM_FILES = {"start": ("origami_lab.game.FromMoves",)}
-"""Parts that no option names: what start=file becomes in a run folder."""
+_FROM_FILES = {"start": ("origami_lab.game.FromMoves",), "search": ("origami_lab.studio.DesignedByHand",)}
+"""Parts that no option names: what start=file becomes in a run folder, and who designs in the studio."""
 
 
 @functools.cache

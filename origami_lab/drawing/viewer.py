@@ -50,7 +50,7 @@ def viewer_page(
         "kind": "design",
         "title": fold.title or "rigid origami",
         "facts": _facts(fold),
-        "design": Markup(script_json(_document(fold, target, frame or fold.best))),
+        "design": Markup(script_json(viewer_data(fold, target, frame or fold.best))),
         "licence": Markup(_read("LICENSE-three.txt").replace("--", "- -")),
         "source": script,
         "code": Markup(viewer_script()) if script is None else "",
@@ -63,7 +63,7 @@ def viewer_script() -> str:
     return _read("viewer.js")
 
 
-def _document(fold: FoldFile, target: TargetSurface | None, shown: FoldFrame) -> dict[str, Any]:
+def viewer_data(fold: FoldFile, target: TargetSurface | None, shown: FoldFrame) -> dict[str, Any]:
     """The data that the page's script reads; the script's source names each field."""
     states = [fold.flat, *fold.motion]
     known = all(frame.driving_angle is not None for frame in states)
@@ -92,7 +92,7 @@ def _document(fold: FoldFile, target: TargetSurface | None, shown: FoldFrame) ->
         "unit": "°" if known else "",
         "best": round(at, 6),
         "upright": fold.upright.tolist(),
-        "target": _packed(target) if target is not None and len(target.faces) <= LARGEST_TARGET else None,
+        "target": packed_surface(target) if target is not None and len(target.faces) <= LARGEST_TARGET else None,
     }
 
 
@@ -114,7 +114,7 @@ def _turned(panel: Sequence[int]) -> tuple[int, ...]:
     return (*panel[1:], panel[0])
 
 
-def _packed(target: TargetSurface) -> dict[str, str]:
+def packed_surface(target: TargetSurface) -> dict[str, str]:
     """The target as base64 of little-endian numbers; vertices that a file repeats for each triangle only once."""
     vertices, which = np.unique(target.vertices.astype("<f4"), axis=0, return_inverse=True)
     faces = which.reshape(-1)[target.faces].astype("<u4")

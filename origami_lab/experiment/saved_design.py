@@ -52,6 +52,8 @@ class SavedDesign:
     """The folder of the run whose trial's best design it is; None for any other file."""
     thickness: float = 0.0
     """Of what is folded, as its run says, in board cells."""
+    settings: Settings | None = None
+    """Those that its game and objective were made from, where they were read here."""
 
     @property
     def seed(self) -> int:
@@ -140,7 +142,8 @@ def read_saved(file: Path, overrides: Sequence[str] = ()) -> SavedDesign:
                 key = key if isinstance(board, list) else "board.size"
                 raise InputError(key, side, f"must be {own}, as {file.name} says")
     _check_playable(game, fold.actions, file)
-    return SavedDesign(game, objective, target, fold.actions, _angle_of(game, fold.metadata, file), fold.metadata, file)
+    angle = _angle_of(game, fold.metadata, file)
+    return SavedDesign(game, objective, target, fold.actions, angle, fold.metadata, file, settings=settings)
 
 
 def _trusted(overrides: Sequence[str]) -> tuple[list[str], list[str]]:
@@ -165,7 +168,8 @@ def _of_trial(file: Path, trust: Sequence[str]) -> SavedDesign:
         given, start = game_of_today(saved["game"]), dict(saved["game"]["start"])
         given["start"] = locate("start", start.pop("_target_"), settings.trust)(**start)
         game = Game(**given)
-    return replace(saved_in(trial, game, objective, target), thickness=thickness_in_cells(settings, target))
+    thickness = thickness_in_cells(settings, target)
+    return replace(saved_in(trial, game, objective, target), thickness=thickness, settings=settings)
 
 
 def saved_in(trial: Path, game: Game, objective: Any, target: Target | None) -> SavedDesign:

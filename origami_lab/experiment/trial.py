@@ -81,7 +81,7 @@ def run_trial(
 
         checkpoints = Checkpoint(folder.path, seed)
         searched = search_in_stages(settings, seed, parts, make_parts, begun, checkpoints, on_progress, should_stop)
-        row, more = _write(settings, seed, folder, searched, keep_state)
+        row, more = write_trial(settings, seed, folder, searched, keep_state)
         warnings += [*searched.warnings, *more]
         if searched.status != STOPPED:
             checkpoints.remove()
@@ -91,14 +91,14 @@ def run_trial(
     return row, warnings
 
 
-def _write(
+def write_trial(
     settings: Settings,
     seed: int,
     folder: RunFolder,
     searched: Searched,
     keep_state: bool,
 ) -> tuple[TrialRow, list[str]]:
-    """The files of what a search has found, and its row."""
+    """Write the files of what a search has found into the run folder; returns its row, and warnings."""
     from origami_lab.objectives.objective import pose
 
     parts, status = searched.parts, searched.status

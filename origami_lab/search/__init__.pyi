@@ -3,6 +3,7 @@
 from .branch_and_bound import BreadthFirstSearch, DepthFirstSearch
 from .evolution import EvolutionarySearch
 from .mcts import MonteCarloTreeSearch
+from .neighbourhood.given_design import state_of_design
 from .neighbourhood.search import NeighbourhoodSearch
 from .ppo import ProximalPolicyOptimization
 from .problem import Improvement, LastingSearcher, Outcome, Positions, Problem, SearchEnded, Searcher
@@ -27,4 +28,5 @@ __all__ = [
     "RandomSearch",
     "SearchEnded",
     "Searcher",
+    "state_of_design",
 ]

@@ -124,6 +124,10 @@ class Orders:
                     os._exit(1)
         return self._stopped
 
+    def begin(self) -> None:
+        """Begin another task: a stop order was for the one before."""
+        self._stopped = False
+
     def next(self) -> Any:
         """The next order; None if there are no more, or the parent is gone."""
         try:

@@ -9,11 +9,10 @@ the free region is the symmetric quadrilateral.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
+from origami_lab.game.kernels import reasons as why
 from origami_lab.game.kernels.boundary import NEXT, PREV, is_own_image, mirror_between, near_side
 from origami_lab.game.kernels.boundary_sources import (
     boundary_action,
@@ -24,7 +23,9 @@ from origami_lab.game.kernels.boundary_sources import (
 )
 from origami_lab.game.kernels.corner_choice import write_picks
 from origami_lab.game.kernels.limits import is_blunt_enough, is_long_enough, is_wide_enough
+from origami_lab.game.kernels.middle_child import Middle, middle_of
 from origami_lab.game.kernels.state import (
+    BARE,
     FIRST,
     ON_BOUNDARY,
     PLACEMENT,
@@ -44,13 +45,11 @@ from origami_lab.game.kernels.straight_sectors import (
     goes_straight_on,
     leaf_folds_straight,
     opposite,
-    plane_side,
     side_is_open,
-    starts_flat,
 )
 from origami_lab.geometry.planar import cross, in_sector, segments_touch, triangle_contains
 from origami_lab.jit import bare, inlined
-from origami_lab.kinematics.three_units import DEGENERATE, lift, triangle_slack
+from origami_lab.kinematics.three_units import DEGENERATE, triangle_slack
 
 Edges = NDArray[np.int32]
 """(n, 4) boundary segments near the selected leaf: x, y of their two ends, in boundary order."""
@@ -58,14 +57,24 @@ Actions = NDArray[np.int32]
 
 
 @bare
+def leaf_reason(s: Record, r: Record, v: int) -> int:
+    """Why leaf v cannot be chosen, 0 if it can: inside the board, on one axis at most, no sector that keeps it flat."""
+    if abs(s.xy[v, 0]) >= r.half_x or abs(s.xy[v, 1]) >= r.half_y:
+        return why.AT_THE_EDGE
+    if s.axis[v] < 0:
+        return why.ON_TWO_MIRRORS
+    if s.locked[v] == STRAIGHT and r.straight_sectors:
+        if not leaf_folds_straight(s, v):
+            return why.STRAIGHT_SECTOR
+    elif s.locked[v] != 0:
+        return why.WITHOUT_CREASE if s.locked[v] == BARE else why.CLOSED_SECTOR
+    return why.FITS if side_is_open(s, r, v, PREV) and side_is_open(s, r, v, NEXT) else why.NO_SIDE_OPEN
+
+
+@inlined
 def is_selectable(s: Record, r: Record, v: int) -> bool:
-    """Whether leaf v can be chosen: inside the board, on one axis at most, no sector that keeps it from folding."""
-    x, y = s.xy[v, 0], s.xy[v, 1]
-    if abs(x) >= r.half_x or abs(y) >= r.half_y or s.axis[v] < 0:
-        return False
-    if s.locked[v] != 0 and not (s.locked[v] == STRAIGHT and r.straight_sectors and leaf_folds_straight(s, v)):
-        return False
-    return side_is_open(s, r, v, PREV) and side_is_open(s, r, v, NEXT)
+    """Whether leaf v can be chosen."""
+    return leaf_reason(s, r, v) == why.FITS
 
 
 @bare
@@ -130,17 +139,19 @@ def triangle_is_free(edges: Edges, n: int, ax: int, ay: int, bx: int, by: int, c
 
 
 @bare
-def outer_child_fits(s: Record, r: Record, edges: Edges, n: int, side: int, qx: int, qy: int) -> bool:
-    """Whether the child of the selected leaf on one side may lie at q, whatever the others."""
+def outer_child_reason(s: Record, r: Record, edges: Edges, n: int, side: int, qx: int, qy: int) -> int:
+    """Why the child of the selected leaf on one side may not lie at q, whatever the others; 0 if it may."""
     v = s.selected
     x, y = s.xy[v, 0], s.xy[v, 1]
     dx, dy = qx - x, qy - y
-    if float(dx * dx + dy * dy) > r.max_length_sq or not is_long_enough(r, dx, dy):
-        return False
+    if float(dx * dx + dy * dy) > r.max_length_sq:
+        return why.TOO_LONG
+    if not is_long_enough(r, dx, dy):
+        return why.TOO_SHORT
     px, py = code_x(s, r, s.prev[v]) - x, code_y(s, r, s.prev[v]) - y
     nx, ny = code_x(s, r, s.next[v]) - x, code_y(s, r, s.next[v]) - y
     if not in_sector(px, py, nx, ny, dx, dy):
-        return False
+        return why.OVER_THE_SHEET
     neighbour = s.prev[v] if side == PREV else s.next[v]
     crease = s.last[v] if side == PREV else s.first[v]
     cx, cy = code_x(s, r, crease) - x, code_y(s, r, crease) - y
@@ -150,33 +161,36 @@ def outer_child_fits(s: Record, r: Record, edges: Edges, n: int, side: int, qx: 
     # straight on from the incoming one
     sine = cross(cx, cy, dx, dy) if side == PREV else cross(dx, dy, cx, cy)
     if sine < 0 or (cross(wx, wy, dx, dy) < 0 if side == PREV else cross(dx, dy, wx, wy) < 0):
-        return False
+        return why.HALF_TURN_OR_MORE
     if sine == 0 and not (opposite(cx, cy, dx, dy) and goes_straight_on(s, r, v, side)):
-        return False
+        return why.STRAIGHT_AND_STIFF
     if not is_blunt_enough(r, cx, cy, dx, dy):
-        return False
+        return why.TOO_SHARP
     # and room is left for the other two creases
     if cross(ox, oy, dx, dy) == 0 and ox * dx + oy * dy > 0:
-        return False
+        return why.NO_ROOM_BESIDE
     if dx == wx and dy == wy:
         # a merge: the neighbour becomes the child, unless it is the leaf's own image or already the other child
         if neighbour & 7 != 0:
-            return False
+            return why.MERGES_WITH_IMAGE
         if s.phase == SECOND and s.first_x == qx and s.first_y == qy:
-            return False
-        return meets_bluntly(s, r, neighbour >> 3, NEXT if side == PREV else PREV)
+            return why.OUT_OF_ORDER
+        return why.FITS if meets_bluntly(s, r, neighbour >> 3, NEXT if side == PREV else PREV) else why.TOO_SHARP
     axis = axis_of(r, qx, qy)
     own = is_own_image(s, r, v, neighbour)
     if axis < 0 or (axis > 0 and axis == s.axis[v]):
-        return False
+        return why.ON_A_MIRROR
     if axis > 0 and not (own and on_mirror(s, r, v, neighbour, axis)):
-        return False
+        return why.ON_A_MIRROR
     mx, my = x + wx, y + wy
     if cross(wx, wy, dx, dy) == 0:
         # on the boundary segment itself, strictly inside it
-        return wx * dx + wy * dy > 0 and dx * dx + dy * dy < wx * wx + wy * wy
-    if not is_wide_enough(r, x, y, mx, my, qx, qy) or not crease_is_free(edges, n, x, y, qx, qy):
-        return False
+        inside = wx * dx + wy * dy > 0 and dx * dx + dy * dy < wx * wx + wy * wy
+        return why.FITS if inside else why.ALONG_THE_BOUNDARY
+    if not is_wide_enough(r, x, y, mx, my, qx, qy):
+        return why.TOO_NARROW
+    if not crease_is_free(edges, n, x, y, qx, qy):
+        return why.CROSSES
     if side == PREV:
         free = triangle_is_free(edges, n, x, y, mx, my, qx, qy)
     else:
@@ -187,12 +201,12 @@ def outer_child_fits(s: Record, r: Record, edges: Edges, n: int, side: int, qx: 
         ix = r.matrices[g, 0] * qx + r.matrices[g, 1] * qy
         iy = r.matrices[g, 2] * qx + r.matrices[g, 3] * qy
         if not is_wide_enough(r, mx, my, ix, iy, qx, qy):
-            return False
+            return why.TOO_NARROW
         if side == PREV:
             free = triangle_is_free(edges, n, mx, my, ix, iy, qx, qy)
         else:
             free = triangle_is_free(edges, n, ix, iy, mx, my, qx, qy)
-    return free
+    return why.FITS if free else why.COVERS_A_CORNER
 
 
 @inlined
@@ -211,67 +225,29 @@ def comes_after(s: Record, r: Record, v: int, ax: int, ay: int, bx: int, by: int
 
 
 @bare
-def middle_child_fits(s: Record, r: Record, edges: Edges, n: int, qx: int, qy: int) -> bool:
-    """Whether the middle child of the selected leaf may lie at q, its outer children being chosen."""
+def middle_child_reason(s: Record, r: Record, edges: Edges, n: int, qx: int, qy: int) -> int:
+    """Why the middle child of the selected leaf may not lie at q, its outer children being chosen; 0 if it may."""
     v = s.selected
     x, y = s.xy[v, 0], s.xy[v, 1]
     ax, ay, bx, by = s.first_x - x, s.first_y - y, s.second_x - x, s.second_y - y
     dx, dy = qx - x, qy - y
-    if float(dx * dx + dy * dy) > r.max_length_sq or not is_long_enough(r, dx, dy):
-        return False
-    if cross(ax, ay, dx, dy) <= 0 or cross(dx, dy, bx, by) <= 0:
-        return False
+    if float(dx * dx + dy * dy) > r.max_length_sq:
+        return why.TOO_LONG
+    if not is_long_enough(r, dx, dy):
+        return why.TOO_SHORT
     if not (is_blunt_enough(r, ax, ay, dx, dy) and is_blunt_enough(r, dx, dy, bx, by)):
-        return False
+        return why.TOO_SHARP
     if not (is_wide_enough(r, 0, 0, ax, ay, dx, dy) and is_wide_enough(r, 0, 0, dx, dy, bx, by)):
-        return False
+        return why.TOO_NARROW
     if axis_of(r, qx, qy) != s.axis[v]:
-        return False
+        return why.OFF_THE_MIRROR if s.axis[v] > 0 else why.ON_A_MIRROR
     if not crease_is_free(edges, n, x, y, qx, qy):
-        return False
-    return triangle_is_free(edges, n, x, y, s.first_x, s.first_y, qx, qy) and triangle_is_free(
+        return why.CROSSES
+    if triangle_is_free(edges, n, x, y, s.first_x, s.first_y, qx, qy) and triangle_is_free(
         edges, n, s.second_x, s.second_y, x, y, qx, qy
-    )
-
-
-class Middle(NamedTuple):
-    """What the outer children of the selected leaf, once chosen, leave to its middle child.
-
-    Attributes
-    ----------
-    a_length, b_length
-        Lengths of the outer creases, in board cells.
-    p_sq, m_sq
-        |A + B|² and |A − B|² of their directions at the smallest driving angle.
-    opens
-        Whether the chosen mode's motion begins at the flat sheet.
-    flat
-        Whether it stays flat, in a plane with the panels beside it: there is a sector of π.
-    """
-
-    a_length: float
-    b_length: float
-    p_sq: float
-    m_sq: float
-    opens: bool
-    flat: bool
-
-
-@inlined
-def middle_of(s: Record, r: Record) -> Middle:
-    """The terms of the middle child, of no meaning before both outer children are chosen."""
-    if s.phase == FIRST or s.phase == SECOND:
-        return Middle(0.0, 0.0, 0.0, 0.0, True, False)
-    v = s.selected
-    x, y = s.xy[v, 0], s.xy[v, 1]
-    ax, ay, bx, by = s.first_x - x, s.first_y - y, s.second_x - x, s.second_y - y
-    a_length, b_length = np.sqrt(float(ax * ax + ay * ay)), np.sqrt(float(bx * bx + by * by))
-    A = lift(s.frame_prev[v], 0, ax / a_length, ay / a_length)
-    B = lift(s.frame_next[v], 0, bx / b_length, by / b_length)
-    p_sq = (A[0] + B[0]) ** 2 + (A[1] + B[1]) ** 2 + (A[2] + B[2]) ** 2
-    m_sq = (A[0] - B[0]) ** 2 + (A[1] - B[1]) ** 2 + (A[2] - B[2]) ** 2
-    flat = plane_side(s, r) >= 0
-    return Middle(a_length, b_length, p_sq, m_sq, cross(ax, ay, bx, by) != 0 or starts_flat(s, A, B), flat)
+    ):
+        return why.FITS
+    return why.COVERS_A_CORNER
 
 
 @inlined
@@ -284,31 +260,33 @@ def placing_side(s: Record, r: Record) -> int:
 
 
 @inlined
-def location_fits(s: Record, r: Record, edges: Edges, n: int, middle: Middle, side: int, qx: int, qy: int) -> bool:
-    """Whether the child that is placed now may lie at the board point q.
+def location_reason(s: Record, r: Record, edges: Edges, n: int, middle: Middle, side: int, qx: int, qy: int) -> int:
+    """Why the child that is placed now may not lie at the board point q; 0 if it may.
 
     ``edges`` are those of :func:`gather_edges`, ``middle`` and ``side`` the answers of :func:`middle_of` and
     :func:`placing_side`.
     """
     v = s.selected
     x, y = s.xy[v, 0], s.xy[v, 1]
-    if (qx == x and qy == y) or not is_playable(r, qx, qy):
-        return False
+    if qx == x and qy == y:
+        return why.ON_THE_LEAF
+    if not is_playable(r, qx, qy):
+        return why.IN_ANOTHER_IMAGE
     if s.phase == FIRST or s.phase == SECOND:
         if s.phase == SECOND and not comes_after(s, r, v, s.first_x - x, s.first_y - y, qx - x, qy - y):
-            return False
-        return outer_child_fits(s, r, edges, n, side, qx, qy)
+            return why.OUT_OF_ORDER
+        return outer_child_reason(s, r, edges, n, side, qx, qy)
     ax, ay, bx, by = s.first_x - x, s.first_y - y, s.second_x - x, s.second_y - y
     dx, dy = qx - x, qy - y
     if cross(ax, ay, dx, dy) <= 0 or cross(dx, dy, bx, by) <= 0:
-        return False
+        return why.NOT_BETWEEN
     if not middle.flat:
         length = np.sqrt(float(dx * dx + dy * dy))
         cos_u2 = (ax * dx + ay * dy) / (middle.a_length * length)
         cos_u3 = (bx * dx + by * dy) / (middle.b_length * length)
         if not triangle_slack(middle.p_sq, middle.m_sq, cos_u2, cos_u3) >= -DEGENERATE:
-            return False
-    return middle_child_fits(s, r, edges, n, qx, qy)
+            return why.TRIANGLE_INEQUALITY
+    return middle_child_reason(s, r, edges, n, qx, qy)
 
 
 @bare
@@ -328,23 +306,29 @@ def locations(s: Record, r: Record, out: Actions) -> int:
     n = 0
     for qy in range(max(-half_y, y - reach), min(half_y, y + reach) + 1):
         for qx in range(max(-half_x, x - reach), min(half_x, x + reach) + 1):
-            if location_fits(s, r, edges, n_edges, middle, side, qx, qy):
+            if location_reason(s, r, edges, n_edges, middle, side, qx, qy) == why.FITS:
                 out[n] = base + point_index(r, qx, qy)
                 n += 1
     return n
 
 
 @bare
-def location_is_legal(s: Record, r: Record, qx: int, qy: int) -> bool:
-    """Whether the child that is placed now may lie at q, anywhere: one candidate of :func:`locations`."""
+def reason_at(s: Record, r: Record, qx: int, qy: int) -> int:
+    """Why the child that is placed now may not lie at q, anywhere; 0 if it may: one candidate of :func:`locations`."""
     if abs(qx) > r.half_x or abs(qy) > r.half_y:
-        return False
+        return why.OFF_THE_BOARD
     middle = middle_of(s, r)
     if not middle.opens:
-        return False
+        return why.OPENS_THE_OTHER_WAY
     edges = s.edges
     n = gather_edges(s, r, s.selected, edges)
-    return location_fits(s, r, edges, n, middle, placing_side(s, r), qx, qy)
+    return location_reason(s, r, edges, n, middle, placing_side(s, r), qx, qy)
+
+
+@inlined
+def location_is_legal(s: Record, r: Record, qx: int, qy: int) -> bool:
+    """Whether the child that is placed now may lie at q, anywhere."""
+    return reason_at(s, r, qx, qy) == why.FITS
 
 
 @bare

@@ -26,12 +26,13 @@ def save_portfolio(portfolio: Portfolio) -> Mapping[str, ArrayLike]:
     runs = [run for run in portfolio.runs if run.design is not None]
     runs.sort(key=portfolio.improver.rank)
     for number, run in enumerate(runs[: portfolio.settings.kept]):
-        for name, value in _run_arrays(run):
+        for name, value in run_arrays(run):
             found[f"{number}.{name}"] = value
     return found
 
 
-def _run_arrays(run: LocalRun) -> Iterator[tuple[str, ArrayLike]]:
+def run_arrays(run: LocalRun) -> Iterator[tuple[str, ArrayLike]]:
+    """What a run stands at, by names."""
     design = run.design
     assert design is not None
     yield "whole", np.array([run.angle, run.wide, run.lowest, design.own], dtype=np.int64)

@@ -18,11 +18,14 @@ import {
   PerspectiveCamera,
   Raycaster,
   Scene,
+  type Side,
   SphereGeometry,
   Vector2,
   Vector3,
   WebGLRenderer,
 } from "three";
+import type { OnPick, Packed, Picked, SheetData, SheetState } from "./data";
+import type { Motion } from "./motion";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { LineMaterial } from "three/addons/lines/LineMaterial.js";
 import { LineSegments2 } from "three/addons/lines/LineSegments2.js";
@@ -32,6 +35,7 @@ const FRONT = 0xf4a858;
 const BACK = 0x709ac8;
 const TARGET = 0x58be96;
 const PICKED = 0xffe14d;
+const PIN = 0xd11fa5;
 const MOUNTAIN = new Color(0xd62828);
 const VALLEY = new Color(0x1d5fd1);
 const [AZIMUTH, ELEVATION] = [-62, 36].map((degrees) => (degrees * Math.PI) / 180); // as in the pictures
@@ -44,34 +48,66 @@ const UP = TOWARDS.clone().cross(RIGHT);
 const FIELD = 30; // degrees
 const [NEAR_VERTEX, NEAR_EDGE] = [9, 5]; // pixels
 
-// Numbers in base64, little-endian.
-function numbers(text, Kind) {
-  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-  return new Kind(bytes.buffer);
+// The bytes of numbers in base64, little-endian.
+function bytes(text: string): ArrayBuffer {
+  return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;
+}
+
+// Triangles that would be added, at driving angles.
+export interface Addition {
+  angles: number[];
+  coords: number[][];
+  triangles: number[][];
 }
 
 export class Sheet {
-  constructor(host, data, motion, onPick) {
-    this.host = host;
-    this.data = data;
-    this.motion = motion;
-    this.renderer = new WebGLRenderer({ antialias: true, alpha: true });
+  private readonly renderer = new WebGLRenderer({ antialias: true, alpha: true });
+  private readonly scene = new Scene();
+  private readonly camera = new PerspectiveCamera(FIELD, 1, 0.1, 1000);
+  private readonly world = new Group(); // turned as the sheet is used
+  private readonly controls: OrbitControls;
+  private positions = new BufferAttribute(new Float32Array(0), 3);
+  private paper: Mesh[] = [];
+  private marks!: { panel: Mesh; edge: LineSegments2; vertex: Mesh };
+  private lines!: LineSegments2;
+  private target: Mesh | null = null;
+  private readonly addition: Mesh;
+  private added: Addition | null = null;
+  private readonly pins: Mesh[] = [];
+  private state: SheetState | null = null;
+  private picked: Picked | null = null;
+  private seen: { points: Vector3[]; box: Box3 } | null = null;
+  private moved = false;
+  private turning = false;
+  private down: [number, number] = [Infinity, Infinity];
+  private due: number | undefined;
+  private dotSize = 0.1;
+
+  constructor(
+    private readonly host: HTMLElement,
+    private data: SheetData,
+    private motion: Motion,
+    onPick: OnPick,
+  ) {
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     host.append(this.renderer.domElement);
-    this.scene = new Scene();
-    this.camera = new PerspectiveCamera(FIELD, 1, 0.1, 1000);
     this.camera.up.set(0, 0, 1);
     const lamp = new DirectionalLight(0xffffff, 2.1);
     lamp.position.set(-0.5, 0.9, 1.2); // beside the viewer, in the camera's frame
     this.camera.add(lamp);
     this.scene.add(this.camera, new AmbientLight(0xffffff, 1.5));
-    this.world = new Group(); // turned as the sheet is used
-    const [r, s, t] = data.upright;
-    this.world.matrix = new Matrix4().set(...r, 0, ...s, 0, ...t, 0, 0, 0, 0, 1);
     this.world.matrixAutoUpdate = false;
     this.scene.add(this.world);
     this.#paper();
-    if (data.target) this.#target(data.target);
+    this.addition = new Mesh(
+      new BufferGeometry(),
+      new MeshBasicMaterial({ color: PICKED, transparent: true, opacity: 0.5, side: DoubleSide, depthWrite: false }),
+    );
+    this.addition.frustumCulled = false;
+    this.addition.visible = false;
+    this.world.add(this.addition);
+    this.#take(data);
+    if (data.target) this.setTarget(data.target);
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.addEventListener("change", () => this.draw());
     this.#home();
@@ -80,51 +116,75 @@ export class Sheet {
     this.#resize();
   }
 
-  #paper() {
-    const { data } = this;
+  // Another sheet in place of this one, seen from where it was, or from the usual side if nobody has turned it.
+  change(data: SheetData, motion: Motion): void {
+    this.data = data;
+    this.motion = motion;
+    this.picked = null;
+    this.seen = null;
+    this.state = null;
+    this.#take(data);
+    if (!this.moved) this.#home();
+  }
+
+  #take(data: SheetData): void {
+    const [r, s, t] = data.upright;
+    this.world.matrix = new Matrix4().set(r[0], r[1], r[2], 0, s[0], s[1], s[2], 0, t[0], t[1], t[2], 0, 0, 0, 0, 1);
+    this.world.matrixWorldNeedsUpdate = true;
     this.positions = new BufferAttribute(new Float32Array(3 * data.vertices.length), 3);
-    const geometry = new BufferGeometry();
+    const { geometry } = this.paper[0];
+    geometry.dispose(); // its buffers have another size now
     geometry.setAttribute("position", this.positions);
     geometry.setIndex(data.triangles.flat());
+    this.marks.panel.geometry.dispose();
+    this.marks.panel.geometry.setAttribute("position", this.positions);
+    this.lines.geometry.dispose();
+    this.lines.geometry = new LineSegmentsGeometry();
+  }
+
+  #paper(): void {
+    const geometry = new BufferGeometry();
     const offset = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 2 }; // behind its lines
-    const side = (color, which) =>
+    const side = (color: number, which: Side) =>
       new Mesh(geometry, new MeshLambertMaterial({ color, side: which, flatShading: true, ...offset }));
     this.paper = [side(FRONT, FrontSide), side(BACK, BackSide)];
-    this.mark = new Mesh(
-      new BufferGeometry().setAttribute("position", this.positions),
+    const mark = new Mesh(
+      new BufferGeometry(),
       new MeshBasicMaterial({ color: PICKED, transparent: true, opacity: 0.55, side: DoubleSide, depthWrite: false }),
     );
     this.lines = new LineSegments2(
       new LineSegmentsGeometry(),
       new LineMaterial({ vertexColors: true }),
     );
-    this.line = new LineSegments2(new LineSegmentsGeometry(), new LineMaterial({ linewidth: 5, color: PICKED }));
-    this.dot = new Mesh(new SphereGeometry(1, 24, 16), new MeshBasicMaterial({ color: PICKED, depthTest: false }));
-    this.dot.renderOrder = 2;
-    this.marks = { panel: this.mark, edge: this.line, vertex: this.dot };
-    for (const mark of Object.values(this.marks)) mark.visible = false;
-    for (const mesh of [...this.paper, this.mark, this.lines, this.line]) mesh.frustumCulled = false;
-    this.world.add(...this.paper, this.mark, this.lines, this.line, this.dot);
+    const line = new LineSegments2(new LineSegmentsGeometry(), new LineMaterial({ linewidth: 5, color: PICKED }));
+    const dot = new Mesh(new SphereGeometry(1, 24, 16), new MeshBasicMaterial({ color: PICKED, depthTest: false }));
+    dot.renderOrder = 2;
+    this.marks = { panel: mark, edge: line, vertex: dot };
+    for (const one of Object.values(this.marks)) one.visible = false;
+    for (const mesh of [...this.paper, mark, this.lines, line]) mesh.frustumCulled = false;
+    this.world.add(...this.paper, mark, this.lines, line, dot);
   }
 
-  #target(found) {
+  setTarget(found: Packed): void {
     const geometry = new BufferGeometry();
-    geometry.setAttribute("position", new BufferAttribute(numbers(found.vertices, Float32Array), 3));
-    geometry.setIndex(new BufferAttribute(numbers(found.faces, Uint32Array), 1));
+    geometry.setAttribute("position", new BufferAttribute(new Float32Array(bytes(found.vertices)), 3));
+    geometry.setIndex(new BufferAttribute(new Uint32Array(bytes(found.faces)), 1));
     geometry.computeVertexNormals();
     const look = { color: TARGET, transparent: true, opacity: 0.32, side: DoubleSide, depthWrite: false };
+    this.target?.removeFromParent();
     this.target = new Mesh(geometry, new MeshLambertMaterial(look));
     this.target.renderOrder = 1;
     this.world.add(this.target);
+    this.seen = null;
   }
 
   // Everything that is ever shown, in the camera's frame: to the right, up, towards the viewer.
-  #seen() {
+  #seen(): { points: Vector3[]; box: Box3 } {
     const points = this.motion.states.flatMap(({ coords }) =>
       this.data.vertices.map((_, k) => new Vector3().fromArray(coords, 3 * k)),
     );
     if (this.target) {
-      const { position } = this.target.geometry.attributes;
+      const position = this.target.geometry.getAttribute("position");
       for (let k = 0; k < position.count; k += 1) points.push(new Vector3().fromBufferAttribute(position, k));
     }
     const turn = new Matrix4().makeBasis(RIGHT, UP, TOWARDS).transpose().multiply(this.world.matrix);
@@ -133,9 +193,10 @@ export class Sheet {
   }
 
   // From the usual side, as near as all of it can be seen.
-  #home() {
+  #home(): void {
     this.seen ??= this.#seen();
     const { points, box } = this.seen;
+    if (!points.length) return;
     const middle = box.getCenter(new Vector3());
     const radius = box.getSize(new Vector3()).length() / 2;
     const high = 0.93 * Math.tan((FIELD * Math.PI) / 360);
@@ -148,7 +209,8 @@ export class Sheet {
       .addScaledVector(RIGHT, middle.x)
       .addScaledVector(UP, middle.y)
       .addScaledVector(TOWARDS, middle.z);
-    this.dot.scale.setScalar(distance * 0.006);
+    for (const dot of [this.marks.vertex, ...this.pins]) dot.scale.setScalar(distance * 0.006);
+    this.dotSize = distance * 0.006;
     this.camera.near = distance / 100;
     this.camera.far = distance * 20;
     this.camera.position.copy(centre).addScaledVector(TOWARDS, distance);
@@ -160,65 +222,102 @@ export class Sheet {
     this.controls.update();
   }
 
-  home() {
+  home(): void {
     this.#home();
     this.draw();
   }
 
-  #resize() {
+  #resize(): void {
     const { clientWidth: width, clientHeight: height } = this.host;
     if (!width || !height) return;
     this.renderer.setSize(width, height);
-    this.lines.material.linewidth = Math.min(2, Math.max(1, Math.min(width, height) / 220)); // pixels
+    (this.lines.material as LineMaterial).linewidth = Math.min(2, Math.max(1, Math.min(width, height) / 220)); // pixels
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     if (!this.moved) this.#home();
     this.render(); // at once: a canvas that was resized is empty
   }
 
-  show(state) {
+  show(state: SheetState): void {
     this.state = state;
     this.positions.array.set(state.coords);
     this.positions.needsUpdate = true;
     this.paper[0].geometry.computeBoundingSphere(); // the raycaster asks for it
-    const at = (v) => state.coords.slice(3 * v, 3 * v + 3);
+    const at = (v: number) => state.coords.slice(3 * v, 3 * v + 3);
     // creases lie on lit paper in both themes, the boundary and what does not fold on the page's background, too
     const style = getComputedStyle(document.documentElement);
     const [ink, faint] = ["--ink", "--faint"].map((name) => new Color(style.getPropertyValue(name).trim()));
-    const colours = { M: MOUNTAIN, V: VALLEY, B: ink, C: ink, F: faint, J: faint, U: faint };
+    const colours: Record<string, Color> = { M: MOUNTAIN, V: VALLEY, B: ink, C: ink, F: faint, J: faint, U: faint };
     const { edges } = this.data;
     const paint = edges.flatMap((_, k) => {
       const { r, g, b } = colours[this.motion.letter(state, k)];
       return [r, g, b, r, g, b];
     });
-    this.lines.geometry.setPositions(edges.flatMap(([u, v]) => [...at(u), ...at(v)]));
-    this.lines.geometry.setColors(paint);
+    const geometry = this.lines.geometry;
+    geometry.setPositions(edges.flatMap(([u, v]) => [...at(u), ...at(v)]));
+    geometry.setColors(paint);
+    this.#showAddition(state.at);
     this.highlight(this.picked);
   }
 
-  showTarget(shown) {
+  // What would be added to the sheet; null for nothing.
+  showAddition(added: Addition | null): void {
+    this.added = added;
+    this.#showAddition(this.state?.at ?? 0);
+    this.draw();
+  }
+
+  #showAddition(at: number): void {
+    this.addition.visible = this.added !== null && this.added.angles.length > 0;
+    if (!this.added || !this.addition.visible) return;
+    const { angles, coords, triangles } = this.added;
+    const nearest = angles.reduce((best, angle, k) => (Math.abs(angle - at) < Math.abs(angles[best] - at) ? k : best), 0);
+    const geometry = new BufferGeometry();
+    geometry.setAttribute("position", new BufferAttribute(new Float32Array(coords[nearest]), 3));
+    geometry.setIndex(triangles.flat());
+    this.addition.geometry.dispose();
+    this.addition.geometry = geometry;
+  }
+
+  // Dots at places in space.
+  showPins(places: number[][]): void {
+    for (const pin of this.pins.splice(0)) pin.removeFromParent();
+    for (const place of places) {
+      const pin = new Mesh(new SphereGeometry(1, 24, 16), new MeshBasicMaterial({ color: PIN, depthTest: false }));
+      pin.renderOrder = 3;
+      pin.position.fromArray(place);
+      pin.scale.setScalar(1.6 * this.dotSize);
+      this.pins.push(pin);
+      this.world.add(pin);
+    }
+    this.draw();
+  }
+
+  showTarget(shown: boolean): void {
     if (this.target) this.target.visible = shown;
     this.draw();
   }
 
-  highlight(picked) {
+  highlight(picked: Picked | null): void {
     this.picked = picked;
-    for (const [kind, mark] of Object.entries(this.marks)) mark.visible = Boolean(picked) && picked.kind === kind;
+    for (const [kind, mark] of Object.entries(this.marks)) mark.visible = picked !== null && picked.kind === kind;
     if (picked && this.state) {
-      const at = (v) => this.state.coords.slice(3 * v, 3 * v + 3);
+      const { coords } = this.state;
+      const at = (v: number) => coords.slice(3 * v, 3 * v + 3);
       const { edges, triangles, owners } = this.data;
+      const { index } = picked;
       if (picked.kind === "panel") {
-        this.mark.geometry.setIndex(triangles.filter((_, k) => owners[k] === picked.index).flat());
+        this.marks.panel.geometry.setIndex(triangles.filter((_, k) => owners[k] === index).flat());
       } else if (picked.kind === "edge") {
-        this.line.geometry.setPositions(edges[picked.index].flatMap(at));
+        this.marks.edge.geometry.setPositions(edges[picked.index].flatMap(at));
       } else {
-        this.dot.position.fromArray(at(picked.index));
+        this.marks.vertex.position.fromArray(at(picked.index));
       }
     }
     this.draw();
   }
 
-  #listen(onPick) {
+  #listen(onPick: OnPick): void {
     const canvas = this.renderer.domElement;
     this.controls.addEventListener("start", () => {
       this.moved = true;
@@ -234,25 +333,28 @@ export class Sheet {
       this.down = [event.clientX, event.clientY];
     });
     canvas.addEventListener("pointerup", (event) => {
-      const [x, y] = this.down ?? [Infinity, Infinity];
+      const [x, y] = this.down;
       if (Math.hypot(event.clientX - x, event.clientY - y) < 6) onPick(this.#pick(event)); // a tap, not a turn
     });
-    canvas.addEventListener("pointerleave", (event) => event.pointerType === "mouse" && onPick(null));
+    canvas.addEventListener("pointerleave", (event) => {
+      if (event.pointerType === "mouse") onPick(null);
+    });
   }
 
   // What is under the pointer: of the panel that is hit a corner or a side, if one is near, else the panel.
-  #pick(event) {
+  #pick(event: PointerEvent): Picked | null {
     const frame = this.renderer.domElement.getBoundingClientRect();
     const pointer = new Vector2(event.clientX - frame.left, event.clientY - frame.top);
     const device = new Vector2((pointer.x / frame.width) * 2 - 1, 1 - (pointer.y / frame.height) * 2);
     const ray = new Raycaster();
     ray.setFromCamera(device, this.camera);
+    const { state } = this;
     const [hit] = ray.intersectObjects(this.paper, false);
-    if (!hit) return null;
+    if (!hit || !state || hit.faceIndex == null) return null;
     const index = this.data.owners[hit.faceIndex];
     const panel = this.data.panels[index];
-    const screen = (v) => {
-      const point = new Vector3().fromArray(this.state.coords, 3 * v).applyMatrix4(this.world.matrix);
+    const screen = (v: number) => {
+      const point = new Vector3().fromArray(state.coords, 3 * v).applyMatrix4(this.world.matrix);
       point.project(this.camera);
       return new Vector2(((point.x + 1) / 2) * frame.width, ((1 - point.y) / 2) * frame.height);
     };
@@ -267,12 +369,12 @@ export class Sheet {
     return edge === undefined ? { kind: "panel", index } : { kind: "edge", index: edge };
   }
 
-  draw() {
+  draw(): void {
     this.due ??= requestAnimationFrame(() => this.render());
   }
 
-  render() {
-    if (this.due) cancelAnimationFrame(this.due);
+  render(): void {
+    if (this.due !== undefined) cancelAnimationFrame(this.due);
     this.due = undefined;
     this.renderer.render(this.scene, this.camera);
   }

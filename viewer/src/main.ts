@@ -1,39 +1,37 @@
 // The viewer of one design: its crease pattern, its folded sheet, its motion.
 
-import { Motion } from "./motion.js";
-import { NAMES, Pattern } from "./pattern.js";
-import { Sheet } from "./sheet.js";
+import { get, number, type Picked, type SheetData } from "./data";
+import { Motion } from "./motion";
+import { NAMES, Pattern } from "./pattern";
+import { Sheet } from "./sheet";
 
-const get = (id) => document.getElementById(id);
-const data = JSON.parse(get("design").textContent);
+const data = JSON.parse(get("design").textContent ?? "") as SheetData;
 const motion = new Motion(data);
 const [SECONDS, HOLD] = [2.6, 0.7]; // from flat to the best state, and how long it stays at both ends
 
 let at = motion.best;
-let picked = null;
-let sheet = null;
+let picked: Picked | null = null;
+let sheet: Sheet | null = null;
 
+const slider = get<HTMLInputElement>("slider");
+const playButton = get<HTMLButtonElement>("play");
 const pattern = new Pattern(get("pattern"), data, pick);
 try {
   sheet = new Sheet(get("sheet"), data, motion, pick);
 } catch (error) {
-  get("sheet").append(`The folded sheet cannot be shown: ${error.message}`); // no WebGL: the pattern still works
+  get("sheet").append(`The folded sheet cannot be shown: ${(error as Error).message}`); // no WebGL: the pattern still works
 }
 
-function number(value, digits) {
-  return value.toFixed(digits).replace("-", "−").replace(/^−(0\.?0*)$/, "$1");
-}
-
-function place(value) {
+function place(value: number): string {
   return motion.unit === "°" ? `${number(value, 1)}°` : `step ${Math.round(value)}`;
 }
 
-function describe() {
+function describe(): string | null {
   if (!picked) return get("hint").textContent;
   const { kind, index } = picked;
   const { folds } = motion.state(at);
-  const fold = (edge) => `${number(folds[edge], 1)}°`;
-  const isCrease = (edge) => !"BC".includes(motion.letters[edge]);
+  const fold = (edge: number) => `${number(folds[edge], 1)}°`;
+  const isCrease = (edge: number) => !"BC".includes(motion.letters[edge]);
   if (kind === "vertex") {
     const [x, y] = data.vertices[index].map((value) => String(Math.round(value * 1000) / 1000).replace("-", "−"));
     const mode = data.modes ? data.modes[index] : null;
@@ -50,7 +48,7 @@ function describe() {
   return `panel ${index} · fold angles at its creases ${creases.map(fold).join(", ") || "none"}`;
 }
 
-function pick(found) {
+function pick(found: Picked | null): void {
   if (found?.kind === picked?.kind && found?.index === picked?.index) return;
   picked = found;
   pattern.highlight(picked);
@@ -58,52 +56,52 @@ function pick(found) {
   get("said").textContent = describe();
 }
 
-function show(value) {
+function show(value: number): void {
   at = Math.min(Math.max(value, 0), motion.last);
   const state = motion.state(at);
   pattern.show(motion, state);
   sheet?.show(state);
-  get("slider").value = at;
-  get("slider").setAttribute("aria-valuetext", place(at));
+  slider.value = String(at);
+  slider.setAttribute("aria-valuetext", place(at));
   get("angle").textContent = place(state.at);
   get("said").textContent = describe();
 }
 
-let playing = null;
+let playing: { frame: number; began: number | null } | null = null;
 
-function play(on) {
-  cancelAnimationFrame(playing?.frame);
-  playing = on ? { frame: 0, began: null } : null;
-  get("play").setAttribute("aria-pressed", on);
-  get("play").setAttribute("aria-label", on ? "pause" : "play");
-  get("play").dataset.playing = on;
-  if (!on) return;
+function play(on: boolean): void {
+  if (playing) cancelAnimationFrame(playing.frame);
+  const now: typeof playing = on ? { frame: 0, began: null } : null;
+  playing = now;
+  playButton.setAttribute("aria-pressed", String(on));
+  playButton.setAttribute("aria-label", on ? "pause" : "play");
+  playButton.dataset.playing = String(on);
+  if (!now) return;
   const round = 2 * (SECONDS + HOLD);
-  const step = (now) => {
+  const step = (time: number) => {
     // begin where the sheet is, on its way up; from the best state on its way down
-    playing.began ??= now - 1000 * (at < motion.best ? HOLD + SECONDS * (at / motion.best) : 2 * HOLD + SECONDS);
-    const time = ((now - playing.began) / 1000) % round;
-    const up = Math.min(Math.max((time - HOLD) / SECONDS, 0), 1);
-    const down = Math.min(Math.max((time - 2 * HOLD - SECONDS) / SECONDS, 0), 1);
+    now.began ??= time - 1000 * (at < motion.best ? HOLD + SECONDS * (at / motion.best) : 2 * HOLD + SECONDS);
+    const passed = ((time - now.began) / 1000) % round;
+    const up = Math.min(Math.max((passed - HOLD) / SECONDS, 0), 1);
+    const down = Math.min(Math.max((passed - 2 * HOLD - SECONDS) / SECONDS, 0), 1);
     show(motion.best * (up - down));
-    playing.frame = requestAnimationFrame(step);
+    now.frame = requestAnimationFrame(step);
   };
-  playing.frame = requestAnimationFrame(step);
+  now.frame = requestAnimationFrame(step);
 }
 
 function readAddress() {
-  const asked = parseFloat(new URLSearchParams(location.hash.slice(1)).get("angle"));
+  const asked = parseFloat(new URLSearchParams(location.hash.slice(1)).get("angle") ?? "");
   if (Number.isFinite(asked)) {
     play(false);
     show(asked);
   }
 }
 
-const slider = get("slider");
-slider.max = motion.last;
+slider.max = String(motion.last);
 slider.disabled = !(motion.last > 0);
-get("play").disabled = !(motion.best > 0);
-get("best").style.setProperty("--part", motion.last > 0 ? motion.best / motion.last : 0);
+playButton.disabled = !(motion.best > 0);
+get("best").style.setProperty("--part", String(motion.last > 0 ? motion.best / motion.last : 0));
 get("best").title = `best: ${place(motion.best)}`;
 get("best").addEventListener("click", () => {
   play(false);
@@ -113,10 +111,10 @@ slider.addEventListener("input", () => {
   play(false);
   show(Number(slider.value));
 });
-get("play").addEventListener("click", () => play(!playing));
+playButton.addEventListener("click", () => play(!playing));
 get("home").addEventListener("click", () => sheet?.home());
 if (data.target) {
-  get("target").addEventListener("change", (event) => sheet?.showTarget(event.target.checked));
+  get("target").addEventListener("change", (event) => sheet?.showTarget((event.target as HTMLInputElement).checked));
 } else {
   get("targets").remove();
 }

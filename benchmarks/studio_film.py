@@ -1,0 +1,111 @@
+"""The film of the studio's documentation: ``python -m benchmarks.studio_film docs/images/studio.gif``.
+
+A bowl designed together on the real page: a start and an extension by hand, a suggestion that is taken, an improvement
+that is watched, stopped and taken, and the fold.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+from PIL import Image
+from playwright.sync_api import sync_playwright
+
+from tests.studio.driving import CHROMIUM, FLAGS, Page, browser_page, studio, wait_for
+
+SIZE = {"width": 1180, "height": 790}
+WIDTH = 760
+COLOURS = 96
+MODE = 1
+"""Rigid body mode of the extension by hand."""
+
+
+class Film:
+    """Frames of a tab, each with how long it stays, in seconds."""
+
+    def __init__(self, tab: Any) -> None:
+        self.tab = tab
+        self.frames: list[tuple[Image.Image, float]] = []
+
+    def shoot(self, seconds: float = 0.6) -> None:
+        with Image.open(BytesIO(self.tab.screenshot())) as picture:
+            size = WIDTH, round(picture.height * WIDTH / picture.width)
+            self.frames.append((picture.convert("RGB").resize(size, Image.Resampling.LANCZOS), seconds))
+
+    def save(self, path: Path) -> None:
+        """One palette for all frames, so that what stays the same costs nothing."""
+        last = self.frames[-1][0].quantize(COLOURS, dither=Image.Dither.NONE)
+        pictures = [picture.quantize(palette=last, dither=Image.Dither.NONE) for picture, _ in self.frames]
+        durations = [round(1000 * seconds) for _, seconds in self.frames]
+        pictures[0].save(path, save_all=True, append_images=pictures[1:], duration=durations, loop=0, optimize=True)
+
+
+def another(page: Page, seen: str) -> str:
+    """The title of the next proposal."""
+    wait_for(lambda: page.text("besideTitle") not in ("", seen), 300)
+    return page.text("besideTitle")
+
+
+def design(page: Page, film: Film) -> None:
+    tab = page.tab
+    film.shoot(1.2)
+    page.point((2, 2))
+    page.click((2, 2))
+    film.shoot(1.0)
+    page.turn(MODE)
+    for at in ((2, 2), None, None):
+        offered = tab.evaluate("studioOffered()")
+        found = at or (offered[len(offered) // 2][0], offered[len(offered) // 2][1])
+        page.point(found)
+        tab.wait_for_timeout(400)
+        film.shoot(0.8)
+        page.click(found)
+    tab.mouse.move(5, 400)
+    tab.wait_for_timeout(400)
+    film.shoot(1.0)
+    tab.click("[data-task=suggest]")
+    wait_for(lambda: "leads to" in page.text("besideTitle"), 300)
+    tab.wait_for_timeout(500)
+    film.shoot(1.8)
+    page.press("take")
+    tab.wait_for_timeout(400)
+    film.shoot(1.0)
+    tab.select_option("#budget", "5000000")
+    tab.click("[data-task=improve]")
+    seen = ""
+    for _ in range(4):
+        seen = another(page, seen)
+        tab.wait_for_timeout(300)
+        film.shoot(0.7)
+        tab.wait_for_timeout(2500)
+    tab.click("#stop")
+    wait_for(lambda: tab.is_hidden("#stop"))
+    page.press("take")
+    tab.wait_for_timeout(400)
+    film.shoot(1.2)
+    most = float(tab.evaluate("parseFloat(document.getElementById('angle').textContent)"))
+    for part in (0, 0.2, 0.4, 0.6, 0.8, 1):
+        tab.evaluate(f"slider.value = {part * most}; slider.dispatchEvent(new Event('input'))")
+        tab.wait_for_timeout(120)
+        film.shoot(0.18 if part < 1 else 2.5)
+
+
+def main() -> None:
+    with tempfile.TemporaryDirectory() as place, sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        with studio(Path(place), "target=bowl") as server:
+            page = Page(browser_page(browser, viewport=SIZE), server.address)
+            page.is_open()
+            film = Film(page.tab)
+            design(page, film)
+            assert page.errors == [], page.errors
+            film.save(Path(sys.argv[1]))
+        browser.close()
+
+
+if __name__ == "__main__":
+    main()
