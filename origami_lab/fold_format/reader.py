@@ -36,7 +36,10 @@ def read_fold(path: str | os.PathLike[str], frame: int | None = None) -> FoldFil
         The number of a frame, 0 for the key frame: of a crease pattern, or of a state, which becomes the last one.
         By default the first crease pattern with all its states.
 
-    Raises :class:`InputError`, whose field is the path (or ``frame``), on anything that is not such a file.
+    Raises
+    ------
+    InputError
+        Its field is the path (or ``frame``): on anything that is not such a file.
     """
     return fold_file_of(read_model(path, frame), str(path))
 

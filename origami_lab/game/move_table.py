@@ -28,7 +28,7 @@ from origami_lab.game.kernels.state import (
     point_index,
 )
 from origami_lab.game.kernels.undo import Notes, restore, write_note
-from origami_lab.jit import inlined, kernel
+from origami_lab.jit import bare, inlined, kernel
 
 PLACE, EXTEND, SOURCE = 0, 1, 2
 NEXT_LEAF = 2
@@ -135,7 +135,7 @@ def play_noted_only(s: Record, r: Record, action: int, note: Record) -> None:
     play_action(s, r, action)
 
 
-@kernel
+@bare
 def source_is_legal(s: Record, r: Record, v: int, end: int) -> bool:
     """Whether a driven crease may be laid between leaf v and its mirror image across that end of the domain.
 
@@ -150,7 +150,7 @@ def source_is_legal(s: Record, r: Record, v: int, end: int) -> bool:
     return v == tail(s) and source_fits(s, r, v, NEXT)
 
 
-@kernel
+@bare
 def lay_move(s: Record, r: Record, move: Record, points: Points, notes: Notes) -> tuple[bool, int]:
     """Lay a move of a table; returns whether that could be done, and the number of actions that were played.
 
@@ -213,7 +213,7 @@ def lay_move(s: Record, r: Record, move: Record, points: Points, notes: Notes) -
     return True, played
 
 
-@kernel
+@bare
 def replay_move(s: Record, r: Record, move: Record, points: Points) -> None:
     """Lay a move that is known to be legal and to fold."""
     n = board_points(r)
@@ -235,7 +235,7 @@ def replay_move(s: Record, r: Record, move: Record, points: Points) -> None:
                 play_action(s, r, 2 * n + point_index(r, points[child, 0], points[child, 1]))
 
 
-@kernel
+@bare
 def take_back(s: Record, notes: Notes, count: int) -> None:
     """Undo the last ``count`` actions, noted from ``notes[0]`` on."""
     for j in range(count - 1, -1, -1):

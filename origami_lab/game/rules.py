@@ -106,6 +106,7 @@ class Rules:
         sources = ON_BOUNDARY if settings.source_action == "boundary" else int(settings.source_action) * ON_AXES
         rules["sources"], rules["collisions"] = sources, collisions
         rules["straight_sectors"] = settings.straight_sectors
+        rules["stuck_is_penalised"] = self.stuck_is_penalised
         rules["start"], rules["first_placement"] = self.start.kind, placements.start
         rules["n_placements"] = len(placements)
         for name, value in self.start.fields(self.half, group).items():

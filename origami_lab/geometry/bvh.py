@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.geometry.distance import point_box_squared, point_triangle_squared
-from origami_lab.jit import inlined, kernel
+from origami_lab.jit import bare, inlined, kernel
 
 LEAF_SIZE = 2
 """At most this many triangles per leaf of the tree."""
@@ -43,7 +43,7 @@ class Bvh(NamedTuple):
     original: NDArray[np.int64]
 
 
-@kernel
+@bare
 def _select(keys: NDArray[np.float64], order: NDArray[np.int64], low: int, high: int, middle: int) -> None:
     """Permute ``order[low:high]`` so that keys before ``middle`` are ≤ those from it on (quickselect)."""
     high -= 1
@@ -167,7 +167,7 @@ def triangle_squared(triangles: NDArray[np.float64], t: int, x: float, y: float,
     )
 
 
-@kernel
+@bare
 def nearest_triangle(bvh: Bvh, x: float, y: float, z: float, enough_sq: float, start_sq: float) -> tuple[float, int]:
     """The squared distance of :func:`nearest_squared`, and the row of ``bvh.triangles`` that gave it.
 
@@ -218,7 +218,7 @@ def nearest_triangle(bvh: Bvh, x: float, y: float, z: float, enough_sq: float, s
                 descend = box_squared(boxes, node, x, y, z) < best
 
 
-@kernel
+@bare
 def nearest_squared(bvh: Bvh, x: float, y: float, z: float, enough_sq: float, start_sq: float) -> float:
     """Squared distance from (x, y, z) to the nearest triangle, in squared board units.
 
@@ -275,7 +275,7 @@ def _ray_hits(triangles: NDArray[np.float64], t: int, x: float, y: float, z: flo
     return bool((height > 0.0) == (weight_a + weight_b + weight_c > 0.0))
 
 
-@kernel
+@bare
 def inside(bvh: Bvh, x: float, y: float, z: float) -> bool:
     """Whether (x, y, z) is inside the watertight mesh, by the parity of a ray's crossings.
 

@@ -70,6 +70,28 @@ def point_triangle_squared(
     n_squared = nx * nx + ny * ny + nz * nz
     b_squared = bx * bx + by * by + bz * bz
     c_squared = cx * cx + cy * cy + cz * cz
+    return point_edges_squared(px, py, pz, bx, by, bz, cx, cy, cz, nx, ny, nz, n_squared, b_squared, c_squared)
+
+
+@inlined
+def point_edges_squared(
+    px: float,
+    py: float,
+    pz: float,
+    bx: float,
+    by: float,
+    bz: float,
+    cx: float,
+    cy: float,
+    cz: float,
+    nx: float,
+    ny: float,
+    nz: float,
+    n_squared: float,
+    b_squared: float,
+    c_squared: float,
+) -> float:
+    """:func:`point_triangle_squared` for a = 0, with n = b×c and the squared lengths of n, b and c."""
     if n_squared > SLIVER_SQUARED * b_squared * c_squared:
         # weights of c and b in the projection of p, times |n|²
         weight_c = nx * (by * pz - bz * py) + ny * (bz * px - bx * pz) + nz * (bx * py - by * px)

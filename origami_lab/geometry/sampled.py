@@ -2,7 +2,8 @@
 
 The points of one triangle stand together, so the tree over the triangles serves for their points, too: those of a
 triangle are never nearer than the triangle. Sampling thousands of points and building a tree over them for every sheet
-and driving angle would take twenty times as long.
+and driving angle would take twenty times as long. Nor are points worked out before they are asked for: most sheets are
+refused at a few of them.
 """
 
 from __future__ import annotations
@@ -13,9 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.geometry.bvh import Bvh, box_squared, build_bvh, nearest_squared, nearest_triangle
-from origami_lab.jit import inlined, kernel
+from origami_lab.jit import bare, inlined, kernel
 
 Array = NDArray[np.float64]
+
+LANES = 8
+"""Points that are measured at once."""
 
 
 class Sampled(NamedTuple):
@@ -25,16 +29,27 @@ class Sampled(NamedTuple):
     ----------
     tree
         Over the T triangles of the surface.
+    triangles
+        (T, 3, 3) those, in the order before the tree was built.
     starts
-        (T + 1,) int64: triangle ``t``, in the order before the tree was built, has the points from ``starts[t]`` to
-        ``starts[t + 1]``.
+        (T + 1,) int64: triangle ``t`` has the points from ``starts[t]`` to ``starts[t + 1]``.
+    draws
+        (n, 3) what chooses the points. None: the surface itself is meant.
     points
-        (n, 3) float64. None: the surface itself is meant.
+        (3, n) x, y, z of the points of those triangles that were asked for.
+    is_made
+        (T,) whether they were.
+    lanes
+        (8,) scratch.
     """
 
     tree: Bvh
+    triangles: Array
     starts: NDArray[np.int64]
+    draws: Array
     points: Array
+    is_made: NDArray[np.bool_]
+    lanes: Array
 
 
 @kernel
@@ -49,52 +64,101 @@ def sample_surface(triangles: Array, draws: Array) -> Sampled:
     """
     count, number = triangles.shape[0], draws.shape[0]
     starts = np.zeros(count + 1, np.int64)
-    points = np.empty((number, 3))
-    if number == 0:
-        return Sampled(build_bvh(triangles), starts, points)
-    cumulative = np.empty(count)
+    sampled = Sampled(
+        build_bvh(triangles),
+        triangles,
+        starts,
+        draws,
+        np.empty((3, number)),
+        np.zeros(count, np.bool_),
+        np.empty(LANES),
+    )
+    if number > 0:
+        share_out(triangles, draws, starts)
+    return sampled
+
+
+@bare
+def share_out(triangles: Array, draws: Array, starts: NDArray[np.int64]) -> None:
+    """Write which of the draws choose each triangle: a share of the area of those before it and itself."""
+    count, number = triangles.shape[0], draws.shape[0]
     total = 0.0
     for t in range(count):
-        ux, uy, uz = triangles[t, 1] - triangles[t, 0]
-        vx, vy, vz = triangles[t, 2] - triangles[t, 0]
-        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-        total += 0.5 * np.sqrt(nx * nx + ny * ny + nz * nz)
-        cumulative[t] = total
-    t = 0
-    for i in range(number):
-        while t < count - 1 and draws[i, 0] * total >= cumulative[t]:
-            t += 1
-            starts[t] = i
-        root, along = draws[i, 1], draws[i, 2]
-        for axis in range(3):
-            points[i, axis] = (
-                (1.0 - root) * triangles[t, 0, axis]
-                + root * (1.0 - along) * triangles[t, 1, axis]
-                + root * along * triangles[t, 2, axis]
-            )
-    starts[t + 1 :] = number
-    return Sampled(build_bvh(triangles), starts, points)
+        total += area_of(triangles, t)
+    cumulative = 0.0
+    for t in range(count - 1):
+        cumulative += area_of(triangles, t)
+        # the first draw that lies beyond this triangle
+        low, high = starts[t], number
+        while low < high:
+            middle = (low + high) >> 1
+            if draws[middle, 0] * total >= cumulative:
+                high = middle
+            else:
+                low = middle + 1
+        starts[t + 1] = low
+    starts[count] = number
 
 
 @inlined
+def area_of(triangles: Array, t: int) -> float:
+    ux, uy, uz = (
+        triangles[t, 1, 0] - triangles[t, 0, 0],
+        triangles[t, 1, 1] - triangles[t, 0, 1],
+        triangles[t, 1, 2] - triangles[t, 0, 2],
+    )
+    vx, vy, vz = (
+        triangles[t, 2, 0] - triangles[t, 0, 0],
+        triangles[t, 2, 1] - triangles[t, 0, 1],
+        triangles[t, 2, 2] - triangles[t, 0, 2],
+    )
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    return float(0.5 * np.sqrt(nx * nx + ny * ny + nz * nz))
+
+
+@bare
+def _make_points(sampled: Sampled, t: int) -> None:
+    """Work out the points of triangle t, in the order before the tree was built."""
+    triangles, draws, points = sampled.triangles, sampled.draws, sampled.points
+    for axis in range(3):
+        a, b, c = triangles[t, 0, axis], triangles[t, 1, axis], triangles[t, 2, axis]
+        for i in range(sampled.starts[t], sampled.starts[t + 1]):
+            root, along = draws[i, 1], draws[i, 2]
+            points[axis, i] = (1.0 - root) * a + root * (1.0 - along) * b + root * along * c
+    sampled.is_made[t] = True
+
+
+@bare
 def _nearest_of(sampled: Sampled, t: int, x: float, y: float, z: float, best: float) -> float:
     """The smaller of ``best`` and the squared distance to the points of triangle ``t`` of the tree."""
-    points = sampled.points
+    points, lanes = sampled.points, sampled.lanes
     original = sampled.tree.original[t]
-    for i in range(sampled.starts[original], sampled.starts[original + 1]):
-        dx, dy, dz = points[i, 0] - x, points[i, 1] - y, points[i, 2] - z
+    if not sampled.is_made[original]:
+        _make_points(sampled, original)
+    first, last = sampled.starts[original], sampled.starts[original + 1]
+    for c in range(LANES):
+        lanes[c] = best
+    while first + LANES <= last:  # eight in a vector
+        for c in range(LANES):
+            dx, dy, dz = points[0, first + c] - x, points[1, first + c] - y, points[2, first + c] - z
+            lanes[c] = min(lanes[c], dx * dx + dy * dy + dz * dz)
+        first += LANES
+    for c in range(LANES):
+        best = min(best, lanes[c])
+    for i in range(first, last):
+        dx, dy, dz = points[0, i] - x, points[1, i] - y, points[2, i] - z
         best = min(best, dx * dx + dy * dy + dz * dz)
     return best
 
 
-@kernel
+@bare
 def nearest_sample_squared(sampled: Sampled, x: float, y: float, z: float, enough_sq: float, start_sq: float) -> float:
     """Squared distance from (x, y, z) to the nearest point, or to the surface if there are no points.
 
     ``enough_sq`` and ``start_sq`` are those of :func:`~origami_lab.geometry.bvh.nearest_squared`.
     """
     tree = sampled.tree
-    if sampled.points.shape[0] == 0:
+    if sampled.draws.shape[0] == 0:
         return nearest_squared(tree, x, y, z, enough_sq, start_sq)
     _, nearest = nearest_triangle(tree, x, y, z, 0.0, start_sq)
     if nearest < 0:

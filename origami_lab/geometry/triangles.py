@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from origami_lab.jit import inlined, kernel
+from origami_lab.jit import bare, inlined
 
 CONTACT_TOLERANCE = 1e-9
 """Penetration in board cells up to which two panels are in contact, not in collision."""
@@ -52,7 +52,7 @@ def _snap(d: float, limit: float) -> float:
     return 0.0 if -limit <= d <= limit else d
 
 
-@kernel
+@bare
 def triangles_cross(p: Array, q: Array, tolerance: float) -> bool:
     """Whether triangles ``p`` and ``q``, each (3, 3) rows of corners, pass through each other."""
     # signed distances of p's corners to q's plane, times |n|

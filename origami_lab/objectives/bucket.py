@@ -16,6 +16,8 @@ the bound is infinite.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from origami_lab.errors import InputError
@@ -23,7 +25,7 @@ from origami_lab.game.game import Game
 from origami_lab.game.kernels.state import Record, States
 from origami_lab.game.kernels.straight_sectors import is_closed
 from origami_lab.jit import inlined, kernel
-from origami_lab.objectives.compiled_objective import TIE, Array, CompiledObjective, sticks_out
+from origami_lab.objectives.compiled_objective import TIE, Array, CompiledObjective, scored_by, sticks_out
 from origami_lab.objectives.objective import checked_number
 
 
@@ -48,7 +50,7 @@ class BucketObjective(CompiledObjective):
     """
 
     def __init__(self, spread: float = 2.0, compactness: float = 0.0, norm_of: str = "vertices") -> None:
-        super().__init__(best_bucket, compactness)
+        super().__init__(best_bucket, compactness, BucketScore)
         self.spread = checked_number("spread", spread, 1)
         if norm_of not in ("vertices", "leaves"):
             raise InputError("objective.norm_of", norm_of, "must be vertices or leaves")
@@ -106,3 +108,10 @@ def best_bucket(states: States, i: int, rules: States, numbers: Array, bound: bo
         if value > best:
             best, angle = value, k
     return best, angle
+
+
+@scored_by(best_bucket)
+class BucketScore(NamedTuple):
+    """The compiled score; ``numbers`` are those of :func:`best_bucket`."""
+
+    numbers: Array

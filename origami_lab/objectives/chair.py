@@ -21,13 +21,22 @@ room for.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from origami_lab.game.crease_pattern import CreasePattern
 from origami_lab.game.game import Game
 from origami_lab.game.kernels.state import Record, States, has_image
 from origami_lab.jit import inlined, kernel
-from origami_lab.objectives.compiled_objective import TIE, Array, CompiledObjective, board_points_beside, sticks_out
+from origami_lab.objectives.compiled_objective import (
+    TIE,
+    Array,
+    CompiledObjective,
+    board_points_beside,
+    scored_by,
+    sticks_out,
+)
 from origami_lab.objectives.objective import checked_number
 
 LEGS = 3
@@ -53,7 +62,7 @@ class ChairObjective(CompiledObjective):
     """
 
     def __init__(self, height: float = 4.0, side: float = 2.1, extent: float = 4.0, compactness: float = 0.0) -> None:
-        super().__init__(best_chair, compactness)
+        super().__init__(best_chair, compactness, ChairScore)
         self.height = checked_number("height", height, 0)
         self.side = checked_number("side", side, 0)
         self.extent = checked_number("extent", extent, 0)
@@ -172,3 +181,10 @@ def best_chair(states: States, i: int, rules: States, numbers: Array, bound: boo
         if value > best:
             best, angle = value, k
     return best, angle
+
+
+@scored_by(best_chair)
+class ChairScore(NamedTuple):
+    """The compiled score; ``numbers`` are those of :func:`best_chair`."""
+
+    numbers: Array

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from origami_lab.game.game import Game
 from origami_lab.game.kernels.state import Record, States, board_points, code_x, code_y
 from origami_lab.jit import inlined, kernel
+from origami_lab.objectives.compiled_score import CompiledScore, answered_by, scores_itself
 from origami_lab.objectives.objective import NO_SCORE, Memos, Score, checked_number
 from origami_lab.objectives.shape_kernels import distance_from_centre
 
@@ -33,6 +35,34 @@ TIE = 1e-9
 """Lengths in board cells that differ by less are equal: rounding shall not decide."""
 
 
+C = TypeVar("C", bound=type)
+
+
+def scored_by(best: Best) -> Callable[[C], C]:
+    """Decorator of a named tuple with the one field ``numbers``: the compiled score of an objective's kernel."""
+
+    def bound_numbers(
+        states: States, i: int, rules: States, memos: Memos, j: int, score: CompiledScore, above: float
+    ) -> float:
+        return best(states, i, rules, score.numbers, True, above)[0]
+
+    def best_numbers(
+        states: States, i: int, rules: States, memos: Memos, j: int, score: CompiledScore, above: float
+    ) -> tuple[float, int]:
+        if states[i].n_triangles == 0:
+            return -np.inf, -1
+        value, angle = best(states, i, rules, score.numbers, False, above)
+        return (value, angle) if angle >= 0 else (-np.inf, -1)
+
+    def value_numbers(states: States, i: int, rules: States, memos: Memos, j: int, score: CompiledScore) -> float:
+        if states[i].n_triangles == 0:
+            return -np.inf
+        value, angle = best(states, i, rules, score.numbers, False, -np.inf)
+        return value if angle >= 0 else -np.inf
+
+    return answered_by(bound_numbers, best_numbers, value_numbers)
+
+
 class CompiledObjective(ABC):
     """An objective whose score is a kernel.
 
@@ -43,6 +73,9 @@ class CompiledObjective(ABC):
     compactness
         Weight of the penalty on the vertex that is furthest from the board's centre: what is lost for each board cell
         of its distance in space (paper, section 3.6.2). It can only get worse, so it is part of the bound.
+    score_class
+        A class decorated with :func:`scored_by` that kernel, so that compiled searches can ask it themselves; None if
+        they shall ask the evaluator.
 
     Raises
     ------
@@ -50,8 +83,10 @@ class CompiledObjective(ABC):
         If the weight is not a number from 0.
     """
 
-    def __init__(self, best: Best, compactness: float) -> None:
-        self._best = best
+    def __init__(
+        self, best: Best, compactness: float, score_class: Callable[[Array], CompiledScore] | None = None
+    ) -> None:
+        self._best, self._score_class = best, score_class
         self.compactness = checked_number("compactness", compactness, 0)
 
     @abstractmethod
@@ -60,7 +95,9 @@ class CompiledObjective(ABC):
 
     def bind(self, game: Game) -> CompiledEvaluator:
         """The evaluator of this objective in a game."""
-        return CompiledEvaluator(self._best, np.array([self.compactness, *self.numbers(game)]), game)
+        numbers = np.array([self.compactness, *self.numbers(game)])
+        score = None if self._score_class is None else self._score_class(numbers)
+        return CompiledEvaluator(self._best, numbers, game, score)
 
     def report(self, game: Game, actions: tuple[int, ...], angle: int) -> dict[str, float]:
         """No figures besides the return."""
@@ -70,8 +107,13 @@ class CompiledObjective(ABC):
 class CompiledEvaluator:
     """A compiled objective in one game. It takes no notes: a score costs microseconds."""
 
-    def __init__(self, best: Best, numbers: Array, game: Game) -> None:
-        self._best, self._numbers, self._rules = best, numbers, game.rules.record
+    def __init__(self, best: Best, numbers: Array, game: Game, score: CompiledScore | None = None) -> None:
+        self._best, self._numbers, self._rules, self._compiled = best, numbers, game.rules.record, score
+
+    @property
+    def compiled_score(self) -> CompiledScore | None:
+        """What compiled searches ask, see :mod:`~.compiled_score`; None for the methods below."""
+        return self._compiled if scores_itself(self) else None
 
     def new_memos(self, count: int) -> Memos:
         return np.zeros(count, dtype=np.int8)

@@ -7,12 +7,13 @@ import numpy as np
 from origami_lab.game.kernels.boundary import NEXT, PREV, near_side
 from origami_lab.game.kernels.extension import outer_place
 from origami_lab.game.kernels.state import SECOND, Record
-from origami_lab.geometry.bvh import inside, nearest_squared
-from origami_lab.jit import kernel
+from origami_lab.geometry.bvh import inside
+from origami_lab.geometry.wide_tree import nearest_row
+from origami_lab.jit import bare
 from origami_lab.objectives.shape_kernels import Surface
 
 
-@kernel
+@bare
 def stray_inside(s: Record, r: Record, memo: Record, target: Surface, enough: float) -> float:
     """The smallest d→ + penalty over the usable reachable angles, with the outer child that was chosen last.
 
@@ -36,7 +37,7 @@ def stray_inside(s: Record, r: Record, memo: Record, target: Surface, enough: fl
             for g in range(r.order if target.images else 1):
                 gx = r.matrices[g, 0] * x + r.matrices[g, 1] * y
                 gy = r.matrices[g, 2] * x + r.matrices[g, 3] * y
-                squared = nearest_squared(target.bvh, gx, gy, z, far * far, enough * enough)
+                squared, memo.near = nearest_row(target.tree, gx, gy, z, far * far, enough * enough, memo.near, s.far)
                 if squared > far * far and not (target.solid and inside(target.hull, gx, gy, z)):
                     far = np.sqrt(squared)
         best = min(best, far + penalty)

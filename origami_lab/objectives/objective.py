@@ -42,7 +42,9 @@ class Evaluator(Protocol):
     ``above`` is what the caller has already: a method may return any value not above it as soon as it knows that
     the true value is not above it either.
 
-    An attribute ``compiled_bound``, if there is one and it is a :class:`~.shape_kernels.Surface`, lets
+    An attribute ``compiled_score``, if there is one and it is not None, is what compiled searches ask instead of
+    :meth:`score` and :meth:`bound` (:mod:`~.compiled_score`): Python then hears of those episodes only that may be the
+    best. An attribute ``compiled_bound``, if there is one and it is a :class:`~.shape_kernels.Surface`, lets
     compiled searches bound positions themselves; :meth:`bound` must then give the same. With it may go an attribute
     ``compiled_cover``, the samples of the target that the sheet is to cover: a tree
     (:class:`~origami_lab.geometry.bvh.Bvh`) over triangles without area. It guides searches that grow designs; another,

@@ -11,13 +11,15 @@ axes and the board's diagonals.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from origami_lab.game.game import Game
 from origami_lab.game.kernels.collisions import place_corner
 from origami_lab.game.kernels.state import Record, States, has_image
 from origami_lab.jit import kernel
-from origami_lab.objectives.compiled_objective import Array, CompiledObjective, panel_area, sticks_out
+from origami_lab.objectives.compiled_objective import Array, CompiledObjective, panel_area, scored_by, sticks_out
 
 
 class PackagingObjective(CompiledObjective):
@@ -30,7 +32,7 @@ class PackagingObjective(CompiledObjective):
     """
 
     def __init__(self, compactness: float = 0.0) -> None:
-        super().__init__(best_packaging, compactness)
+        super().__init__(best_packaging, compactness, PackagingScore)
 
     def numbers(self, game: Game) -> tuple[float, ...]:
         return ()
@@ -118,3 +120,10 @@ def best_packaging(
         if value > best:
             best, angle = value, k
     return best, angle
+
+
+@scored_by(best_packaging)
+class PackagingScore(NamedTuple):
+    """The compiled score; ``numbers`` are those of :func:`best_packaging`."""
+
+    numbers: Array

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,18 +31,19 @@ from origami_lab.geometry.hausdorff import directed_distance
 from origami_lab.geometry.sampled import sample_surface
 from origami_lab.geometry.sampling import surface_draws
 from origami_lab.geometry.surface_means import Cells, cells_of, like_share, mean_distance, thinned
+from origami_lab.geometry.wide_tree import WideTree, build_wide_tree
+from origami_lab.objectives.compiled_score import scores_itself
 from origami_lab.objectives.objective import NO_SCORE, Memos, Score, checked_number
 from origami_lab.objectives.shape_kernels import (
     Surface,
     folded_triangles_of,
-    least_distance,
     memo_dtype,
     stray_at,
     stray_of,
     uncovered,
     uncovered_of,
-    vertex_distance,
 )
+from origami_lab.objectives.shape_score import ShapeScore, best_shape, value_shape
 from origami_lab.targets.target import Direction, Target
 
 Distance = Literal["vertex", "surface", "sampled", "mean"]
@@ -120,6 +121,11 @@ class ShapeObjective:
         return _point_tree(self.target.sampled_points(self.samples, self.sample_seed))
 
     @cached_property
+    def random_tree(self) -> WideTree:
+        """The same for the folded vertices."""
+        return build_wide_tree(self.random_cover)
+
+    @cached_property
     def draws(self) -> NDArray[np.float64]:
         """(n, 3) what chooses the random samples of a folded sheet for ``sampled``."""
         draws = surface_draws(self.samples, np.random.default_rng(self.sample_seed))
@@ -152,24 +158,6 @@ class ShapeObjective:
         return self.bind(game).figures(game.replay(actions), 0, angle)
 
 
-class _Yardstick(NamedTuple):
-    """The measure of ``vertex`` or ``sampled``.
-
-    Attributes
-    ----------
-    target
-        What the vertices stray from.
-    cover
-        Tree over the samples of the target that are to be covered.
-    draws
-        (n, 3) what chooses the points of the folded sheet that cover; none: all of it covers.
-    """
-
-    target: Surface
-    cover: Bvh
-    draws: NDArray[np.float64]
-
-
 class ShapeEvaluator:
     """The shape objective in one game."""
 
@@ -182,18 +170,25 @@ class ShapeEvaluator:
         self.panels_bound = objective.distance == "surface"
         self._dtype = memo_dtype(len(game.angles))
         self._first = game.first_angle
-        self._hint = np.zeros(1, dtype=np.int64)
 
-    def _made_yardstick(self, distance: Distance) -> _Yardstick:
+    @property
+    def compiled_score(self) -> ShapeScore | None:
+        """What compiled searches ask, see :mod:`~.compiled_score`; None where Python measures."""
+        measured_by_kernels = self._objective.distance in ("vertex", "sampled")
+        return self._yardstick if measured_by_kernels and scores_itself(self) else None
+
+    def _made_yardstick(self, distance: Distance) -> ShapeScore:
         """The measure of ``sampled``; that of ``vertex`` for any other distance."""
         objective, target = self._objective, self._objective.target
-        solid, weight = bool(target.closed), objective.compactness
+        solid, weight, hint = bool(target.closed), objective.compactness, np.zeros(1, dtype=np.int64)
         if distance == "sampled":  # random samples have no symmetry
             cover = objective.random_cover
-            return _Yardstick(Surface(cover, target.bvh, solid, True, weight), cover, objective.draws)
+            surface = Surface(objective.random_tree, target.bvh, solid, True, weight)
+            return ShapeScore(surface, cover, objective.draws, hint)
         symmetric = target.has_symmetry(self._game.symmetry)
         cover = _playable_part(objective.cover, self._game, target.uncertainty) if symmetric else objective.cover
-        return _Yardstick(Surface(target.bvh, target.bvh, solid, not symmetric, weight), cover, np.empty((0, 3)))
+        surface = Surface(target.wide_tree, target.bvh, solid, not symmetric, weight)
+        return ShapeScore(surface, cover, np.empty((0, 3)), hint)
 
     def new_memos(self, count: int) -> Memos:
         return np.zeros(count, dtype=self._dtype)
@@ -213,21 +208,18 @@ class ShapeEvaluator:
     def score(self, states: States, memos: Memos, i: int, above: float = -math.inf) -> Score:
         if self._objective.distance == "mean":
             return self._score_by_mean(states, memos, i, above)
-        bound = self.bound(states, memos, i, above)
-        if not bound > above:
-            return NO_SCORE
         if self._objective.distance == "surface":
+            if not self.bound(states, memos, i, above) > above:
+                return NO_SCORE
             return self._score_by_measuring(states, i, memos["stray"][i], memos["penalty"][i], above)
-        _, cover, draws = self._yardstick
-        value, angle = vertex_distance(states, i, self._rules, memos, cover, draws, -above, self._hint)
-        return Score(-value, angle)
+        value, angle = best_shape(states, i, self._rules, memos, i, self._yardstick, above)
+        return Score(float(value), int(angle))
 
     def exact_value(self, states: States, memos: Memos, i: int) -> float:
         """The value of :meth:`score`, whatever it is; cheaper, as the angle is not asked for. Memos are only read."""
         if self._objective.distance in ("surface", "mean") or self._objective.compactness > 0.0:
             return self.score(states, memos.copy(), i).value
-        target, cover, draws = self._yardstick
-        return -float(least_distance(states, i, self._rules, memos, target, cover, draws, self._hint))
+        return float(value_shape(states, i, self._rules, memos, i, self._yardstick))
 
     def _score_by_measuring(
         self, states: States, i: int, stray: NDArray[np.float64], penalty: NDArray[np.float64], above: float
@@ -237,14 +229,14 @@ class ShapeEvaluator:
         reach = int(states["reach"][i])
         if int(states["n_triangles"][i]) == 0:
             return NO_SCORE
-        _, cover, draws = self._yardstick
+        _, cover, draws, hint = self._yardstick
         for k in sorted(range(self._first, reach), key=lambda k: float(at_least[k])):
             if at_least[k] < best:
                 # samples that are not covered tell sooner than surfaces that it is no better; the distance of surfaces
                 # may be measured too small by its tolerance
                 limit = best - float(penalty[k]) + self._objective.tolerance
                 line = states, i, self._rules, k, cover, draws
-                if limit < math.inf and uncovered_of(*line, float(stray[k]), limit, self._hint) >= limit:
+                if limit < math.inf and uncovered_of(*line, float(stray[k]), limit, hint) >= limit:
                     continue
                 value = self.measure(states, i, k, self._objective.distance) + float(penalty[k])
                 if value < best:
@@ -303,9 +295,9 @@ class ShapeEvaluator:
             tolerance, shape = self._objective.tolerance, self._objective.target
             strays = directed_distance(triangles, shape.bvh, tolerance, solid=bool(shape.closed))
             return directed_distance(shape.triangles, build_bvh(triangles), tolerance, solid=False, start=strays)
-        target, cover, draws = self._made_yardstick(distance)
+        target, cover, draws, hint = self._made_yardstick(distance)
         strays = stray_at(states, i, self._rules, angle, target)
-        return float(uncovered(cover, sample_surface(triangles, draws), strays, math.inf, np.zeros(1, np.int64)))
+        return float(uncovered(cover, sample_surface(triangles, draws), strays, math.inf, hint))
 
 
 def _point_tree(points: NDArray[np.float64]) -> Bvh:

@@ -11,11 +11,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from origami_lab.game.kernels.collisions import place_corner
+from origami_lab.game.kernels.collisions import folded_place, place_corner
 from origami_lab.game.kernels.state import Record, States, has_image, image_code
-from origami_lab.geometry.bvh import Bvh, inside, nearest_squared, triangle_squared
+from origami_lab.geometry.bvh import Bvh, inside, triangle_squared
 from origami_lab.geometry.sampled import Sampled, nearest_sample_squared, sample_surface
-from origami_lab.jit import inlined, kernel
+from origami_lab.geometry.wide_tree import WideTree, nearest_row
+from origami_lab.jit import bare, inlined, kernel
 
 Array = NDArray[np.float64]
 
@@ -23,9 +24,16 @@ Array = NDArray[np.float64]
 def memo_dtype(angles: int) -> np.dtype[np.void]:
     """Notes for one state: how many vertices were measured; at each driving angle d→ and the compactness penalty.
 
+    And which part of the target the last measured place was nearest to, as the next one is likely near it, too.
+
     Records, so that plain Python reads their fields as the kernels do.
     """
-    fields: list[Any] = [("measured", np.int64), ("stray", np.float64, (angles,)), ("penalty", np.float64, (angles,))]
+    fields: list[Any] = [
+        ("measured", np.int64),
+        ("near", np.int64),
+        ("stray", np.float64, (angles,)),
+        ("penalty", np.float64, (angles,)),
+    ]
     return np.dtype((np.record, np.dtype(fields, align=True)))
 
 
@@ -34,7 +42,7 @@ class Surface(NamedTuple):
 
     Attributes
     ----------
-    bvh
+    tree
         What distances are measured to: its triangles, or points drawn on them.
     hull
         Its triangles.
@@ -46,7 +54,7 @@ class Surface(NamedTuple):
         Weight of the penalty on the vertex that is furthest from the board's centre, 0 for none.
     """
 
-    bvh: Bvh
+    tree: WideTree
     hull: Bvh
     solid: bool
     images: bool
@@ -60,14 +68,13 @@ def distance_from_centre(s: Record, v: int, k: int) -> float:
     return float(np.sqrt(x * x + y * y + z * z))
 
 
-@kernel
+@bare
 def stray(s: Record, r: Record, memo: Record, target: Surface, enough: float) -> float:
     """The smallest d→ + penalty over the usable reachable angles, from the vertices of a state.
 
     Vertices that were measured before are not measured again. At an angle whose sum has reached ``enough`` the rest is
     not measured: the returned value is then at least ``enough``, too.
     """
-    corner = np.empty((1, 3))
     first = r.min_reach - 1
     order = r.order if target.images else 1
     for v in range(memo.measured, s.n_vertices):
@@ -81,9 +88,10 @@ def stray(s: Record, r: Record, memo: Record, target: Surface, enough: float) ->
                 so_far = memo.stray[k]
                 if so_far + memo.penalty[k] >= enough:
                     continue
-                place_corner(s, r, 8 * v + g, k, corner, 0)
-                x, y, z = corner[0, 0], corner[0, 1], corner[0, 2]
-                squared = nearest_squared(target.bvh, x, y, z, so_far * so_far, enough * enough)
+                x, y, z = folded_place(s, r, 8 * v + g, k)
+                squared, memo.near = nearest_row(
+                    target.tree, x, y, z, so_far * so_far, enough * enough, memo.near, s.far
+                )
                 if squared > so_far * so_far and not (target.solid and inside(target.hull, x, y, z)):
                     memo.stray[k] = np.sqrt(squared)
     memo.measured = s.n_vertices
@@ -93,35 +101,50 @@ def stray(s: Record, r: Record, memo: Record, target: Surface, enough: float) ->
     return best
 
 
-@kernel
+@bare
 def stray_of(states: States, i: int, rules: States, memos: States, target: Surface, enough: float) -> float:
     """:func:`stray` of one of several states."""
     return stray(states[i], rules[0], memos[i], target, enough)
 
 
 @inlined
-def vertex_stray(s: Record, r: Record, v: int, k: int, target: Surface, start: float, enough: float) -> float:
-    """max(start, distance of a vertex and its images from the target) at driving angle k, or at least ``enough``."""
-    corner = np.empty((1, 3))
+def vertex_stray(
+    s: Record, r: Record, v: int, k: int, target: Surface, start: float, enough: float, near: int
+) -> tuple[float, int]:
+    """max(start, distance of a vertex and its images from the target) at driving angle k, or at least ``enough``.
+
+    And the part of the target that is nearest to the last of them; ``near`` is looked at first.
+    """
     farthest = start
     for g in range(r.order if target.images else 1):
         if farthest >= enough or (g > 0 and not has_image(r, s.axis[v], g)):
             continue
-        place_corner(s, r, 8 * v + g, k, corner, 0)
-        x, y, z = corner[0, 0], corner[0, 1], corner[0, 2]
-        squared = nearest_squared(target.bvh, x, y, z, farthest * farthest, enough * enough)
+        x, y, z = folded_place(s, r, 8 * v + g, k)
+        squared, near = nearest_row(target.tree, x, y, z, farthest * farthest, enough * enough, near, s.far)
         if squared > farthest * farthest and not (target.solid and inside(target.hull, x, y, z)):
             farthest = np.sqrt(squared)
-    return farthest
+    return farthest, near
 
 
-@kernel
+@bare
 def stray_at(states: States, i: int, rules: States, k: int, target: Surface) -> float:
     """d→ of one of several states at driving angle k."""
-    farthest = 0.0
+    farthest, near = 0.0, 0
     for v in range(states[i].n_vertices):
-        farthest = vertex_stray(states[i], rules[0], v, k, target, farthest, np.inf)
+        farthest, near = vertex_stray(states[i], rules[0], v, k, target, farthest, np.inf, near)
     return farthest
+
+
+@bare
+def write_folded(s: Record, r: Record, k: int, out: Array) -> None:
+    """Write the corners of all triangles of the folded sheet, images included, at driving angle k."""
+    row = 0
+    for t in range(s.n_triangles):
+        for g in range(r.order):
+            if has_image(r, s.images[t], g):
+                for j in range(3):
+                    place_corner(s, r, image_code(r, g, s.corners[t, j]), k, out[row], j)
+                row += 1
 
 
 @kernel
@@ -133,13 +156,7 @@ def folded_triangles(s: Record, r: Record, k: int) -> Array:
             if has_image(r, s.images[t], g):
                 count += 1
     out = np.empty((count, 3, 3))
-    row = 0
-    for t in range(s.n_triangles):
-        for g in range(r.order):
-            if has_image(r, s.images[t], g):
-                for j in range(3):
-                    place_corner(s, r, image_code(r, g, s.corners[t, j]), k, out[row], j)
-                row += 1
+    write_folded(s, r, k, out)
     return out
 
 
@@ -255,35 +272,29 @@ def uncovered_of(
     return uncovered_at(states[i], rules[0], k, samples, draws, start, enough, hint)
 
 
-@kernel
+@bare
 def vertex_distance(
-    states: States,
-    i: int,
-    rules: States,
-    memos: States,
-    samples: Bvh,
-    draws: Array,
-    enough: float,
-    hint: NDArray[np.int64],
+    s: Record, r: Record, memo: Record, samples: Bvh, draws: Array, enough: float, hint: NDArray[np.int64]
 ) -> tuple[float, int]:
     """The smallest max(d→, d←) + penalty over the usable angles and its index, if below ``enough``; else (inf, −1).
 
     d→ must have been measured by :func:`stray` with the same ``enough``.
     """
-    s, r, memo = states[i], rules[0], memos[i]
     best, angle = enough, -1
     if s.n_triangles == 0:
         return np.inf, -1
-    tried = np.zeros(s.reach, np.bool_)
+    tried = s.ahead
+    for k in range(s.reach):
+        tried[k] = 0
     for _ in range(r.min_reach - 1, s.reach):
         # the angle that strays least comes next
         k, least = -1, best
         for j in range(r.min_reach - 1, s.reach):
-            if not tried[j] and memo.stray[j] + memo.penalty[j] < least:
+            if tried[j] == 0 and memo.stray[j] + memo.penalty[j] < least:
                 k, least = j, memo.stray[j] + memo.penalty[j]
         if k < 0:
             break
-        tried[k] = True
+        tried[k] = 1
         # compared without the penalty first: adding it again may round a refused distance below the best
         limit = best - memo.penalty[k]
         d = uncovered_at(s, r, k, samples, draws, memo.stray[k], limit, hint)
@@ -292,16 +303,9 @@ def vertex_distance(
     return (best, angle) if angle >= 0 else (np.inf, -1)
 
 
-@kernel
+@bare
 def least_distance(
-    states: States,
-    i: int,
-    rules: States,
-    memos: States,
-    target: Surface,
-    samples: Bvh,
-    draws: Array,
-    hint: NDArray[np.int64],
+    s: Record, r: Record, memo: Record, target: Surface, samples: Bvh, draws: Array, hint: NDArray[np.int64]
 ) -> float:
     """The smallest max(d→, d←) over the usable angles, infinite if there is none; compactness is left out.
 
@@ -309,12 +313,13 @@ def least_distance(
     least is looked at: its next vertex, from the last one back, as the outer ones stray most; then its d←. Vertices
     that the memo has no d→ of need not be measured before, and it stays as it is.
     """
-    s, r, memo = states[i], rules[0], memos[i]
     first, best = r.min_reach - 1, np.inf
     if s.n_triangles == 0 or s.reach <= first:
         return best
-    known = memo.stray[: s.reach].copy()
-    ahead = np.full(s.reach, s.n_vertices)  # the vertices before this one are not measured yet
+    near = memo.near
+    known, ahead = s.known, s.ahead  # of each angle: d→ so far, and the vertex before which none is measured yet
+    for k in range(first, s.reach):
+        known[k], ahead[k] = memo.stray[k], s.n_vertices
     while True:
         k, least = -1, best
         for j in range(first, s.reach):
@@ -324,7 +329,7 @@ def least_distance(
             return best
         if ahead[k] > memo.measured:
             ahead[k] -= 1
-            known[k] = vertex_stray(s, r, ahead[k], k, target, least, best)
+            known[k], near = vertex_stray(s, r, ahead[k], k, target, least, best, near)
         else:
             best = min(best, uncovered_at(s, r, k, samples, draws, least, best, hint))
             known[k] = np.inf

@@ -13,6 +13,8 @@ Areas do not change when a sheet is folded, so all of it together bounds what th
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,7 +24,7 @@ from origami_lab.game.game import Game
 from origami_lab.game.kernels.collisions import place_corner
 from origami_lab.game.kernels.state import Record, States, has_image
 from origami_lab.jit import kernel
-from origami_lab.objectives.compiled_objective import TIE, Array, CompiledObjective, panel_area, sticks_out
+from origami_lab.objectives.compiled_objective import TIE, Array, CompiledObjective, panel_area, scored_by, sticks_out
 from origami_lab.objectives.objective import checked_number
 
 PARALLEL = 0.99999
@@ -45,7 +47,7 @@ class ShelfObjective(CompiledObjective):
     """
 
     def __init__(self, levels: int = 3, gap: float = 0.5, compactness: float = 0.0) -> None:
-        super().__init__(best_shelf, compactness)
+        super().__init__(best_shelf, compactness, ShelfScore)
         self.levels = checked_number("levels", levels, 1)
         if self.levels != int(self.levels):
             raise InputError("objective.levels", levels, "must be a whole number of boards")
@@ -194,3 +196,10 @@ def best_shelf(states: States, i: int, rules: States, numbers: Array, bound: boo
         if value > least:
             best, angle = value - penalty, k
     return best, angle
+
+
+@scored_by(best_shelf)
+class ShelfScore(NamedTuple):
+    """The compiled score; ``numbers`` are those of :func:`best_shelf`."""
+
+    numbers: Array

@@ -15,6 +15,8 @@ on a w×h board, which has no room for more than wh vertices.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from origami_lab.game.crease_pattern import CreasePattern
@@ -27,6 +29,7 @@ from origami_lab.objectives.compiled_objective import (
     board_points_beside,
     count_vertices,
     orbit_size,
+    scored_by,
     sticks_out,
 )
 from origami_lab.objectives.objective import checked_number
@@ -46,7 +49,7 @@ class TableObjective(CompiledObjective):
     """
 
     def __init__(self, height: float = 2.5, compactness: float = 0.0) -> None:
-        super().__init__(best_table, compactness)
+        super().__init__(best_table, compactness, TableScore)
         self.height = checked_number("height", height, 0)
 
     def numbers(self, game: Game) -> tuple[float, ...]:
@@ -106,3 +109,10 @@ def best_table(states: States, i: int, rules: States, numbers: Array, bound: boo
         if value > best:
             best, angle = value, k
     return best, angle
+
+
+@scored_by(best_table)
+class TableScore(NamedTuple):
+    """The compiled score; ``numbers`` are those of :func:`best_table`."""
+
+    numbers: Array

@@ -64,7 +64,7 @@ def yardstick_of(objective: ShapeObjective, board: FineBoard) -> Yardstick:
     samples = np.ascontiguousarray(objective.cover.triangles[:, 0])
     if symmetric and len(group.normals):
         samples = np.ascontiguousarray(samples[(samples[:, :2] @ group.normals.T >= -1e-9).all(axis=1)])
-    surface = Surface(target.bvh, target.bvh, bool(target.closed), not symmetric, objective.compactness)
+    surface = Surface(target.wide_tree, target.bvh, bool(target.closed), not symmetric, objective.compactness)
     nothing = np.zeros(0, dtype=np.int64)
     return Yardstick(surface, samples, nothing.reshape(0, 3), nothing, 1.0 / board.finer)
 
@@ -92,7 +92,7 @@ def stray_squared(r: Record, target: Surface, x: float, y: float, z: float, enou
     farthest = 0.0
     for g in range(r.order if target.images else 1):
         gx, gy = r.matrices[g, 0] * x + r.matrices[g, 1] * y, r.matrices[g, 2] * x + r.matrices[g, 3] * y
-        squared = nearest_squared(target.bvh, gx, gy, z, max(enough_sq, farthest), np.inf)
+        squared = nearest_squared(target.hull, gx, gy, z, max(enough_sq, farthest), np.inf)
         if squared > farthest and squared > enough_sq and not (target.solid and inside(target.hull, gx, gy, z)):
             farthest = squared
     return farthest

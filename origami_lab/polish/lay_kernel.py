@@ -95,7 +95,7 @@ def lay_design(
     return True
 
 
-@inlined
+@kernel
 def equal_steps(angle: float) -> NDArray[np.float64]:
     """(10,) equal steps up to a driving angle."""
     return angle * np.arange(1, ANGLES + 1).astype(np.float64) / ANGLES

@@ -117,12 +117,18 @@ class _Tree:
             line = self.states, problem.game.rules.record, self.notes, self.memos, self.legal
             tree = self.counters, self.children, self.bounds, self.best_first
             limit = min(until, problem.budget, problem.interactions + _PACE) - problem.interactions
-            bounding = self.target, self.inside_moves
-            why, depth, used, played = walk(
+            # a floor above the best return measures no further than to itself
+            bounding = (
+                self.target,
+                self.inside_moves,
+                None if problem.best_value < self.floor else problem.compiled_score,
+            )
+            why, depth, used, played, ended = walk(
                 *line, *tree, *bounding, draws.block, draws.used, depth, how, given, self.best, limit
             )
             draws.used = used
             problem.spend(played)
+            problem.episodes += ended
             how = CONTINUE
             if why == EXHAUSTED:
                 return

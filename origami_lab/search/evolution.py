@@ -19,6 +19,7 @@ from origami_lab.errors import InputError
 from origami_lab.game.game import Game
 from origami_lab.game.kernels.play import play_greedy
 from origami_lab.game.kernels.state import RUNNING
+from origami_lab.search.evolution_kernel import ALL, CANDIDATE, Generation, no_episodes, play_generation
 from origami_lab.search.problem import Problem, SearcherState
 
 Values = NDArray[np.float64]
@@ -142,9 +143,57 @@ class Tournament:
         self.legal = np.empty(problem.game.rules.max_legal, dtype=np.int32)
         self.known: dict[bytes, float] = {}
         """Returns of the last generation's better action sequences, so that those played again are not scored again."""
+        self.score = problem.compiled_score
+        if self.score is not None:
+            self.origin = problem.game.new_states(1)
+            self.memos = problem.evaluator.new_memos(2)
+            self.positions.memos = self.memos[:1]
+            self.seen = no_episodes(0)
+            """Those of the last generation."""
 
     def evaluate(self, agents: Values) -> Values:
         """The return of each agent; −inf where it cannot be enough to become a parent."""
+        return self._evaluate(agents) if self.score is None else self._evaluate_compiled(agents)
+
+    def _evaluate_compiled(self, agents: Values) -> Values:
+        """The same where the score is compiled: a generation in a call, but for those that may be the best of all."""
+        problem, game = self.problem, self.problem.game
+        count = len(agents)
+        generation = Generation(
+            counters=np.zeros(3, dtype=np.int64),
+            returns=np.full(count, -math.inf),
+            ranked=np.full(self.parents, -math.inf),
+            seen=no_episodes(count),
+            known=self.seen,
+        )
+        self.seen = generation.seen
+        given = math.nan
+        while not problem.done:
+            why, played, ended, below = play_generation(
+                self.positions.states,
+                self.origin,
+                game.rules.record,
+                self.memos,
+                self.score,
+                agents,
+                self.slots,
+                generation,
+                game.penalty,
+                problem.best_value,
+                given,
+                min(problem.remaining, _PACE),
+                self.legal,
+            )
+            given = math.nan
+            problem.episodes += ended
+            problem.spend(played)
+            if why == ALL:
+                break
+            if why == CANDIDATE:
+                given = problem.finish(self.positions, 0, above=below)
+        return generation.returns
+
+    def _evaluate(self, agents: Values) -> Values:
         problem = self.problem
         returns = np.full(len(agents), -math.inf)
         seen: set[bytes] = set()

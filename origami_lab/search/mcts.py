@@ -13,12 +13,28 @@ from numpy.typing import NDArray
 
 from origami_lab.checks import Flag, Number, Whole, checked_arguments
 from origami_lab.game.kernels.play import step
-from origami_lab.search.mcts_kernel import CUT, KNOWN, NODE, Nodes, back_up, plant, simulate
+from origami_lab.search.mcts_kernel import (
+    CUT,
+    ENDED,
+    HIGH,
+    KNOWN,
+    LOW,
+    NODE,
+    RESCALED,
+    Nodes,
+    back_up,
+    plant,
+    see,
+    simulate,
+    simulate_many,
+)
 from origami_lab.search.problem import Problem
 from origami_lab.search.random_stream import Draws
 
 _NODES = 1 << 12
 """Nodes that a tree has room for at first."""
+_PACE = 4096
+"""Interactions that are played at most between two looks at the clock, and the rest of a simulation."""
 _MOST_NODES = 1 << 24
 """A tree that has grown to this takes no more simulations (512 MB); play goes on with what it knows."""
 
@@ -73,22 +89,23 @@ class ReturnRange:
     """
 
     def __init__(self, penalty: float) -> None:
-        self.low, self.high = penalty, 0.0
-        self._lowest, self._highest, self._outside = math.inf, -math.inf, False
+        self.scale = np.array([penalty, 0.0, math.inf, -math.inf, 0.0])
+        """The same for kernels, see :data:`~.mcts_kernel.Scale`."""
+
+    @property
+    def low(self) -> float:
+        return float(self.scale[LOW])
+
+    @property
+    def high(self) -> float:
+        return float(self.scale[HIGH])
 
     def see(self, value: float) -> bool:
         """Take note of the return of an episode that was not penalised.
 
         Returns whether it was the first one outside: what was clipped before then lies off the new scale.
         """
-        if math.isinf(value):
-            return False
-        self._lowest, self._highest = min(self._lowest, value), max(self._highest, value)
-        first = not self._outside and not self.low <= value <= self.high
-        self._outside = self._outside or first
-        if self._outside:
-            self.low, self.high = self._lowest, self._highest
-        return first
+        return bool(see(self.scale, value))
 
     def clip(self, value: float) -> float:
         """The return, not below the lowest: the penalty, and −inf for a worthless design, are the lowest."""
@@ -109,6 +126,8 @@ class Tree:
         self.legal = np.empty(game.rules.max_legal, dtype=np.int32)
         self.nodes: Nodes = np.zeros(max(_NODES, 2 * game.rules.max_legal), dtype=NODE)
         self.size, self.root = 1, 0
+        self.score = problem.compiled_score
+        self.unvisited = math.nan if settings.unvisited is None else settings.unvisited
         self.rescaled = False
         """Whether the returns in the tree are no longer on one scale, so that a new one has to be planted."""
 
@@ -119,14 +138,17 @@ class Tree:
         plant(self.nodes)
         self.size, self.root = 1, 0
         while True:
-            for _ in range(self.settings.simulations):
-                if not self.simulate():
+            left = self.settings.simulations
+            while left > 0:
+                simulated = self.simulate() if self.score is None else self.simulate_compiled(left)
+                if simulated < 0:
                     return
                 if self.rescaled:
                     self.rescaled = False
                     return
                 if self.size >= _MOST_NODES:
                     break
+                left -= simulated
             child = self.choose()
             if child < 0 or problem.done:
                 return
@@ -138,39 +160,89 @@ class Tree:
             # what does not change in the simulations from here on is measured once
             evaluator.bound(self.positions.states, self.positions.memos, 0)
 
-    def simulate(self) -> bool:
-        """One simulation; False if the search ended it before it was finished."""
-        problem, settings, positions = self.problem, self.settings, self.positions
-        if problem.done:
-            return False
+    def reserve(self) -> None:
+        """See to it that there are nodes and random numbers for one more simulation."""
         if self.size + len(self.legal) > len(self.nodes):
             self.nodes = np.concatenate([self.nodes, np.zeros_like(self.nodes)])
         self.draws.reserve(self.longest)
-        if settings.epsilon > 0:
+        if self.settings.epsilon > 0:
             self.noise.reserve(len(self.legal))
-        unvisited = math.nan if settings.unvisited is None else settings.unvisited
+
+    def simulate_compiled(self, count: int) -> int:
+        """Up to so many simulations where the score is compiled; how many, −1 if the search ended in one of them."""
+        problem, settings, positions = self.problem, self.settings, self.positions
+        if problem.done:
+            return -1
+        self.reserve()
+        why, depth, self.size, self.noise.used, self.draws.used, played, simulated, ended = simulate_many(
+            positions.states,
+            problem.game.rules.record,
+            positions.memos,
+            self.score,
+            self.nodes,
+            self.size,
+            self.root,
+            settings.exploration,
+            self.returns.scale,
+            self.unvisited,
+            settings.epsilon,
+            self.noise.block,
+            self.noise.used,
+            self.draws.block,
+            self.draws.used,
+            self.path,
+            self.legal,
+            problem.game.penalty,
+            problem.best_value,
+            count,
+            problem.remaining,
+            _PACE,
+            _MOST_NODES,
+        )
+        problem.spend(played)
+        problem.episodes += ended
+        if why == CUT:
+            return -1
+        if why == ENDED:
+            back_up(self.nodes, self.path, depth, self.returns.clip(self._finish()))
+            simulated += 1
+        self.rescaled = self.rescaled or why == RESCALED
+        return int(simulated)
+
+    def _finish(self) -> float:
+        """The return of the episode that has ended in a simulation."""
+        problem, positions = self.problem, self.positions
+        positions.memos[1] = positions.memos[0]
+        value = problem.finish(positions, 1, above=-math.inf)
+        if not problem.game.is_penalised(positions.states, 1):
+            self.rescaled = self.returns.see(value)
+        return value
+
+    def simulate(self) -> int:
+        """One simulation: 1, or −1 if the search ended it before it was finished."""
+        problem, settings, positions = self.problem, self.settings, self.positions
+        if problem.done:
+            return -1
+        self.reserve()
         before = self.size
         why, depth, self.size, self.draws.used, played = simulate(
             *(positions.states, problem.game.rules.record, self.nodes, before, self.root),
-            *(settings.exploration, self.returns.low, self.returns.high, unvisited, settings.epsilon),
+            *(settings.exploration, self.returns.low, self.returns.high, self.unvisited, settings.epsilon),
             *(self.noise.block, self.noise.used, self.draws.block, self.draws.used),
             *(self.path, self.legal, problem.remaining),
         )
         self.noise.use(self.size - before)
         problem.spend(played)
         if why == CUT:
-            return False
+            return -1
         if why == KNOWN:
             node = self.nodes[self.path[depth]]
             problem.episodes += 1
             value = float(node["total"]) / int(node["visits"])
         else:
-            positions.memos[1] = positions.memos[0]
-            value = problem.finish(positions, 1, above=-math.inf)
-            if not problem.game.is_penalised(positions.states, 1):
-                self.rescaled = self.returns.see(value)
+            value = self._finish()
         back_up(self.nodes, self.path, depth, self.returns.clip(value))
-        return True
+        return 1
 
     def choose(self) -> int:
         """The child of the root to be played for real; −1 if there is none, or none was visited."""

@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.game.kernels.play import Actions, play_action, settle
-from origami_lab.game.kernels.state import Record, States, copy_state
-from origami_lab.jit import inlined, kernel
+from origami_lab.game.kernels.state import Record, States, copy_state, is_penalised
+from origami_lab.jit import bare, inlined
+from origami_lab.objectives.compiled_score import CompiledScore, value_in_kernel
+from origami_lab.objectives.objective import Memos
 
 NODE = np.dtype(
     (
@@ -38,6 +40,12 @@ UNKNOWN = -1
 
 # how a simulation ended: its episode has ended; at a node where one had ended before; the limit came first
 ENDED, KNOWN, CUT = 0, 1, 2
+# and why there were no more of them
+FINISHED, RESCALED, PAUSED = 3, 4, 5
+
+Scale = NDArray[np.float64]
+"""(5,) the returns that stand for −1 and 1, the lowest and highest that were seen, and whether one lay outside."""
+LOW, HIGH, LOWEST, HIGHEST, IS_LEFT = 0, 1, 2, 3, 4
 
 
 @inlined
@@ -47,7 +55,7 @@ def set_node(node: Record, action: int, prior: float) -> None:
     node.total, node.prior = 0.0, prior
 
 
-@kernel
+@bare
 def plant(nodes: Nodes) -> None:
     """A tree of the root only."""
     set_node(nodes[0], -1, 1.0)
@@ -59,7 +67,7 @@ def normalised(value: float, low: float, high: float) -> float:
     return 2.0 * (value - low) / (high - low) - 1.0 if high > low else 0.0
 
 
-@kernel
+@bare
 def best_child(nodes: Nodes, parent: int, exploration: float, low: float, high: float, unvisited: float) -> int:
     """The child with the highest Q + c·P·√(visits of the parent) / (1 + its visits), the first of equal ones.
 
@@ -86,7 +94,7 @@ def best_child(nodes: Nodes, parent: int, exploration: float, low: float, high: 
     return best
 
 
-@kernel
+@bare
 def expand(nodes: Nodes, size: int, parent: int, legal: Actions, epsilon: float, noise: NDArray[np.float64]) -> None:
     """Give a node its children, from index ``size`` on.
 
@@ -107,7 +115,7 @@ def expand(nodes: Nodes, size: int, parent: int, legal: Actions, epsilon: float,
         set_node(nodes[size + i], legal[i], prior)
 
 
-@kernel
+@bare
 def simulate(
     states: States,
     rules: States,
@@ -180,7 +188,135 @@ def simulate(
     return ENDED, depth, size, used, played
 
 
-@kernel
+@bare
+def see(scale: Scale, value: float) -> bool:
+    """Take note of the return of an episode that was not penalised.
+
+    Returns whether it was the first one outside: what was clipped before then lies off the new scale.
+    """
+    if np.isinf(value):
+        return False
+    scale[LOWEST], scale[HIGHEST] = min(scale[LOWEST], value), max(scale[HIGHEST], value)
+    first = scale[IS_LEFT] == 0.0 and not scale[LOW] <= value <= scale[HIGH]
+    if first:
+        scale[IS_LEFT] = 1.0
+    if scale[IS_LEFT] != 0.0:
+        scale[LOW], scale[HIGH] = scale[LOWEST], scale[HIGHEST]
+    return bool(first)
+
+
+@inlined
+def clip(scale: Scale, value: float) -> float:
+    """The return, not below the lowest: the penalty, and −inf for a worthless design, are the lowest."""
+    return float(min(max(value, scale[LOW]), scale[HIGH]))
+
+
+@bare
+def simulate_many(
+    states: States,
+    rules: States,
+    memos: Memos,
+    score: CompiledScore,
+    nodes: Nodes,
+    size: int,
+    root: int,
+    exploration: float,
+    scale: Scale,
+    unvisited: float,
+    epsilon: float,
+    noise: NDArray[np.float64],
+    noise_used: int,
+    draws: NDArray[np.float64],
+    used: int,
+    path: NDArray[np.int32],
+    legal: Actions,
+    penalty: float,
+    best: float,
+    count: int,
+    limit: int,
+    pace: int,
+    most: int,
+) -> tuple[int, int, int, int, int, int, int, int]:
+    """``count`` simulations, each as :func:`simulate`, judged and backed up, until one is better than ``best``.
+
+    Parameters
+    ----------
+    memos
+        The evaluator's notes on the two states; those on the second one are overwritten.
+    scale
+        The returns that are −1 and 1, and what they come from; see :func:`see`.
+    penalty
+        The return of an episode that is penalised.
+    limit, pace
+        Actions that may be played, and after which a simulation is the last one.
+    most
+        Nodes after which a simulation is the last one.
+
+    Returns
+    -------
+    why
+        ENDED: an episode has ended that may be the best; it is not backed up. CUT: the limit came first. FINISHED: as
+        many as there shall be. RESCALED: the returns in the tree are no longer on one scale. PAUSED: the pace is
+        reached, or more draws, noise or nodes are needed.
+    depth, size, noise_used, used, played, simulated, ended
+        Depth of the last node, nodes in use, random numbers used, actions played, simulations that are backed up,
+        episodes that have ended and are no better.
+    """
+    played = simulated = ended = depth = 0
+    while simulated < count:
+        if played >= min(limit, pace) or size + legal.shape[0] > nodes.shape[0]:
+            return PAUSED, depth, size, noise_used, used, played, simulated, ended
+        if draws.shape[0] - used < path.shape[0] - 1:
+            return PAUSED, depth, size, noise_used, used, played, simulated, ended
+        if epsilon > 0.0 and noise.shape[0] - noise_used < legal.shape[0]:
+            return PAUSED, depth, size, noise_used, used, played, simulated, ended
+        before = size
+        why, depth, size, used, actions = simulate(
+            states,
+            rules,
+            nodes,
+            size,
+            root,
+            exploration,
+            scale[LOW],
+            scale[HIGH],
+            unvisited,
+            epsilon,
+            noise,
+            noise_used,
+            draws,
+            used,
+            path,
+            legal,
+            limit - played,
+        )
+        noise_used += size - before
+        played += actions
+        if why == CUT:
+            return CUT, depth, size, noise_used, used, played, simulated, ended
+        is_first_outside = False
+        if why == KNOWN:
+            node = nodes[path[depth]]
+            value = node.total / node.visits
+        elif is_penalised(states[1], rules[0]):
+            value = penalty
+        else:
+            memos[1] = memos[0]
+            value = value_in_kernel(states, 1, rules, memos, 1, score)
+            if value > best:
+                return ENDED, depth, size, noise_used, used, played, simulated, ended
+            is_first_outside = see(scale, value)
+        ended += 1
+        simulated += 1
+        back_up(nodes, path, depth, clip(scale, value))
+        if is_first_outside:
+            return RESCALED, depth, size, noise_used, used, played, simulated, ended
+        if size >= most:
+            break
+    return FINISHED, depth, size, noise_used, used, played, simulated, ended
+
+
+@bare
 def back_up(nodes: Nodes, path: NDArray[np.int32], depth: int, value: float) -> None:
     """Add a return to the nodes of a path."""
     for i in range(depth + 1):

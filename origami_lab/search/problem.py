@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from origami_lab.game.game import Game
 from origami_lab.game.kernels.play import branch, copy_to, legal_of, play_uniform, step
 from origami_lab.game.kernels.state import RUNNING, States
+from origami_lab.objectives.compiled_score import CompiledScore
 from origami_lab.objectives.objective import Evaluator, Memos, Score, bind
 from origami_lab.search.checkpoints import Arrays, Checkpoints, pack, unpack
 from origami_lab.search.dense_check import certified_reach
@@ -166,6 +167,15 @@ class Problem:
         self._last_check = time.monotonic()
         self._legal = np.empty(game.rules.max_legal, dtype=np.int32)
         self._scratch = self.new_positions(1)
+
+    @property
+    def compiled_score(self) -> CompiledScore | None:
+        """What kernels ask for the return of an episode, see :mod:`origami_lab.objectives.compiled_score`.
+
+        None where only :meth:`finish` can tell. With it Python need hear of those episodes only that may be the best;
+        whoever plays others in a kernel counts them in ``episodes``.
+        """
+        return getattr(self.evaluator, "compiled_score", None)
 
     # --- the budget --------------------------------------------------------------------------------------------------
 

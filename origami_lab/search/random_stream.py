@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from origami_lab.jit import kernel
+from origami_lab.jit import bare
 
 BLOCK = 4096
 
@@ -51,7 +51,7 @@ class Draws:
         self.used += count
 
 
-@kernel
+@bare
 def sample_distinct(pool: Actions, draws: NDArray[np.float64], start: int, chosen: Actions) -> None:
     """Fill ``chosen`` from the pool, without repetition; the pool is permuted."""
     n = pool.shape[0]

@@ -16,6 +16,7 @@ from origami_lab.errors import InputError
 from origami_lab.geometry.bvh import Bvh, build_bvh, distances
 from origami_lab.geometry.groups import SymmetryGroup
 from origami_lab.geometry.sampling import areas, covering_points, sample_triangles
+from origami_lab.geometry.wide_tree import WideTree, build_wide_tree
 
 Array = NDArray[np.float64]
 Direction = tuple[float, float, float]
@@ -68,6 +69,11 @@ class Target:
     def bvh(self) -> Bvh:
         """The bounding-box tree over :attr:`triangles`."""
         return build_bvh(self.triangles)
+
+    @cached_property
+    def wide_tree(self) -> WideTree:
+        """The same for searches, which ask often."""
+        return build_wide_tree(self.bvh)
 
     @property
     def size(self) -> float:

@@ -57,7 +57,10 @@ def verify(source: str | Path | Design, thickness: float = 0.0) -> Certificate:
     thickness
         In the file's units: panels that share no vertex must keep this distance over the whole motion.
 
-    Raises :class:`InputError` on a file that cannot be read; whatever is wrong with the design is in the certificate.
+    Raises
+    ------
+    InputError
+        On a file that cannot be read; whatever is wrong with the design is in the certificate.
     """
     if not (0.0 <= thickness < math.inf):
         raise InputError("thickness", thickness, "must be 0 or a positive length, in the file's units")

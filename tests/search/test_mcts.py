@@ -127,14 +127,16 @@ def test_simulations_count_up_and_the_tree_is_kept(monkeypatch: pytest.MonkeyPat
         return child
 
     returns: list[float] = []
-    simulate = tree.simulate
+    simulate = tree.simulate_compiled
 
-    def recorded() -> bool:
+    def recorded(count: int) -> int:
+        """One of the simulations."""
+        assert 1 <= count <= 60
         root = tree.root
         visits, total = int(tree.nodes["visits"][root]), float(tree.nodes["total"][root])
         if kept and visits == kept[-1][1]:  # the first simulation after a real action
             assert (root, visits, total) == kept[-1]
-        done = simulate()
+        done = simulate(1)
         returns.append(float(tree.nodes["total"][root]) - total)
         assert int(tree.nodes["visits"][root]) == visits + 1
         assert -8.0 - 1e-9 <= returns[-1] <= 1e-9
@@ -142,7 +144,7 @@ def test_simulations_count_up_and_the_tree_is_kept(monkeypatch: pytest.MonkeyPat
 
     before.append(0)
     monkeypatch.setattr(tree, "choose", watched)
-    monkeypatch.setattr(tree, "simulate", recorded)
+    monkeypatch.setattr(tree, "simulate_compiled", recorded)
     tree.play_episode()
     assert len(kept) >= 3
     assert any(visits > 1 for _, visits, _ in kept[:-1])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from origami_lab.game.kernels.state import Record, code_x, code_y
-from origami_lab.jit import inlined, kernel
+from origami_lab.jit import bare, inlined
 
 PREV, NEXT = 0, 1
 
@@ -35,7 +35,7 @@ def mirror_between(s: Record, r: Record, v: int, code: int) -> int:
     return 0
 
 
-@kernel
+@bare
 def tail(s: Record) -> int:
     """The last leaf of the chain."""
     w = s.head

@@ -25,13 +25,13 @@ from origami_lab.game.kernels.state import (
     point_index,
 )
 from origami_lab.game.kernels.straight_sectors import close_sector, lock_beside, lock_of
-from origami_lab.jit import inlined, kernel
+from origami_lab.jit import bare, inlined
 from origami_lab.kinematics.three_units import mirror_frames
 
 Actions = NDArray[np.int32]
 
 
-@kernel
+@bare
 def boundary_action(r: Record) -> int:
     """The action that begins a boundary source with a negative sign; the next one is that with a positive sign."""
     return 3 * board_points(r) + 5 + 2 * r.n_placements
@@ -63,7 +63,7 @@ def same_place(s: Record, r: Record, a: int, b: int) -> bool:
     return code_x(s, r, a) == code_x(s, r, b) and code_y(s, r, a) == code_y(s, r, b)
 
 
-@kernel
+@bare
 def segment_is_free(s: Record, r: Record, v: int) -> bool:
     """Whether a boundary source may lie between leaf v and the next one: inside the domain, and without a crease."""
     code = s.next[v]
@@ -76,7 +76,7 @@ def segment_is_free(s: Record, r: Record, v: int) -> bool:
     return meets_bluntly(s, r, v, NEXT) and meets_bluntly(s, r, code >> 3, PREV)
 
 
-@kernel
+@bare
 def count_free_segments(s: Record, r: Record) -> int:
     """How many segments boundary sources may lie on."""
     if r.sources != ON_BOUNDARY:
@@ -90,7 +90,7 @@ def count_free_segments(s: Record, r: Record) -> int:
         v = code >> 3
 
 
-@kernel
+@bare
 def free_segment(s: Record, r: Record, number: int) -> int:
     """The leaf before the free segment of that number, from the first leaf on."""
     v = s.head
@@ -102,7 +102,7 @@ def free_segment(s: Record, r: Record, number: int) -> int:
         v = s.next[v] >> 3
 
 
-@kernel
+@bare
 def write_free_segments(s: Record, r: Record, out: Actions) -> int:
     """Write the location actions that name free segments; returns their number."""
     base, n, v = 2 * board_points(r), 0, s.head
@@ -116,7 +116,7 @@ def write_free_segments(s: Record, r: Record, out: Actions) -> int:
         v = code >> 3
 
 
-@kernel
+@bare
 def lay_boundary_source(s: Record, r: Record, v: int, sign: int) -> None:
     """Lay a driven crease between leaf v and the next one, and complete the move."""
     w = s.next[v] >> 3

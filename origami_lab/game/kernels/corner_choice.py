@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.game.kernels.state import CREASE, PANEL, RECTANGLE, SQUARE, Record, board_points, point_index
-from origami_lab.jit import kernel
+from origami_lab.jit import bare
 
 Ints = NDArray[np.int32]
 Corners = NDArray[np.int32]
 """(LARGEST_PANEL, 2) board points; a pattern uses the first rows."""
 
 
-@kernel
+@bare
 def picked_box(r: Record, px: int, py: int, qx: int, qy: int) -> tuple[int, int, int, int]:
     """Lower left and upper right corner (x, y, x, y) of the rectangle that two picks name.
 
@@ -33,7 +33,7 @@ def picked_box(r: Record, px: int, py: int, qx: int, qy: int) -> tuple[int, int,
     return left, low, right, high
 
 
-@kernel
+@bare
 def picked_ends(r: Record, px: int, py: int, qx: int, qy: int) -> tuple[int, int, int, int]:
     """The ends (x, y, x, y) of the crease that two picks name, the left or lower one first."""
     if r.flips_x:
@@ -43,7 +43,7 @@ def picked_ends(r: Record, px: int, py: int, qx: int, qy: int) -> tuple[int, int
     return px, py, qx, qy
 
 
-@kernel
+@bare
 def start_corners(s: Record, r: Record, option: int, out: Corners) -> int:
     """Write the corners of the start pattern that an option, or the picks of a state, name; returns their number."""
     if r.start == PANEL:
@@ -68,13 +68,13 @@ def start_corners(s: Record, r: Record, option: int, out: Corners) -> int:
     return 2
 
 
-@kernel
+@bare
 def is_inside(r: Record, x: int, y: int) -> bool:
     """Whether a point is on the board, but not on its edge, where nothing can be extended."""
     return abs(x) < r.half_x and abs(y) < r.half_y
 
 
-@kernel
+@bare
 def picks_fit(r: Record, px: int, py: int, qx: int, qy: int) -> bool:
     """Whether two picks name a start pattern of the rules."""
     if r.start == RECTANGLE:
@@ -93,7 +93,7 @@ def picks_fit(r: Record, px: int, py: int, qx: int, qy: int) -> bool:
     return (x1 > x0 or (x1 == x0 and y1 > y0)) and is_inside(r, x0, y0) and is_inside(r, x1, y1)
 
 
-@kernel
+@bare
 def pick_is_legal(s: Record, r: Record, x: int, y: int) -> bool:
     """Whether a place may be the next pick of a state."""
     if s.unfinished > 0:
@@ -114,7 +114,7 @@ def pick_is_legal(s: Record, r: Record, x: int, y: int) -> bool:
     return False
 
 
-@kernel
+@bare
 def write_picks(s: Record, r: Record, out: Ints) -> int:
     """Write the location actions that are legal picks of a state; returns their number."""
     base, n = 2 * board_points(r), 0

@@ -28,7 +28,7 @@ from origami_lab.game.kernels.state import (
 )
 from origami_lab.game.kernels.straight_sectors import close_sector, lock_beside, lock_of, plane_side
 from origami_lab.geometry.planar import cross
-from origami_lab.jit import inlined, kernel
+from origami_lab.jit import bare, inlined
 from origami_lab.kinematics.three_units import frame_from_edge, lift, middle_crease, mirror_frames
 
 
@@ -98,7 +98,7 @@ def middle_place(s: Record, r: Record, k: int, qx: int, qy: int) -> tuple[bool, 
     return exists, px, py, pz
 
 
-@kernel
+@bare
 def fold_vertex(s: Record, r: Record, v: int, mode: int, a: int, c: int, b: int) -> int:
     """Solve leaf v with children a, c, b at every reachable angle; returns how many angles, from flat up, exist.
 
@@ -149,15 +149,15 @@ def fold_vertex(s: Record, r: Record, v: int, mode: int, a: int, c: int, b: int)
     return s.reach
 
 
-@kernel
+@bare
 def add_side_triangles(s: Record, r: Record, v: int, side: int, child: int, merged: int, c: int) -> None:
     """The triangles of one side of an extension: the panel beside the middle crease, then the outer panel."""
     outer = s.prev[v] if side == PREV else s.next[v]
     end = 8 * merged if child < 0 else 8 * child
     if side == PREV:
-        add_triangle(s, 8 * v, end, 8 * c, ALL_IMAGES)
+        add_triangle(s, r, 8 * v, end, 8 * c, ALL_IMAGES)
     else:
-        add_triangle(s, 8 * v, 8 * c, end, ALL_IMAGES)
+        add_triangle(s, r, 8 * v, 8 * c, end, ALL_IMAGES)
     if child < 0:
         return
     x, y = s.xy[v, 0], s.xy[v, 1]
@@ -167,15 +167,15 @@ def add_side_triangles(s: Record, r: Record, v: int, side: int, child: int, merg
         return  # the child lies on the boundary segment: the outer panel gains nothing
     images = mirror_between(s, r, v, outer) if is_own_image(s, r, v, outer) else ALL_IMAGES
     if side == PREV:
-        add_triangle(s, 8 * v, outer, end, images)
+        add_triangle(s, r, 8 * v, outer, end, images)
     else:
-        add_triangle(s, 8 * v, end, outer, images)
+        add_triangle(s, r, 8 * v, end, outer, images)
     if images != ALL_IMAGES and s.axis[child] == 0:
         across = image_code(r, images, end)
         if side == PREV:
-            add_triangle(s, outer, across, end, images)
+            add_triangle(s, r, outer, across, end, images)
         else:
-            add_triangle(s, outer, end, across, images)
+            add_triangle(s, r, outer, end, across, images)
 
 
 @inlined
@@ -189,7 +189,7 @@ def copy_frames(s: Record, target: int, target_side: int, source: int, source_si
                 s.frame_next[target, k, j] = value
 
 
-@kernel
+@bare
 def link_side(s: Record, r: Record, v: int, side: int, child: int, merged: int, c: int) -> None:
     """Put the child of one side into the boundary between the middle child and v's neighbour on that side."""
     outer = s.prev[v] if side == PREV else s.next[v]
@@ -254,7 +254,7 @@ def link_side(s: Record, r: Record, v: int, side: int, child: int, merged: int, 
             close_sector(s, w, lock_of(s, r, w, s.first[w], s.last[w]))
 
 
-@kernel
+@bare
 def extend(s: Record, r: Record, cx: int, cy: int) -> None:
     """Extend the selected leaf with its chosen outer children and the middle child at (cx, cy).
 

@@ -49,7 +49,7 @@ from origami_lab.game.kernels.straight_sectors import (
     starts_flat,
 )
 from origami_lab.geometry.planar import cross, in_sector, segments_touch, triangle_contains
-from origami_lab.jit import inlined, kernel
+from origami_lab.jit import bare, inlined
 from origami_lab.kinematics.three_units import DEGENERATE, lift, triangle_slack
 
 Edges = NDArray[np.int32]
@@ -57,7 +57,7 @@ Edges = NDArray[np.int32]
 Actions = NDArray[np.int32]
 
 
-@kernel
+@bare
 def is_selectable(s: Record, r: Record, v: int) -> bool:
     """Whether leaf v can be chosen: inside the board, on one axis at most, no sector that keeps it from folding."""
     x, y = s.xy[v, 0], s.xy[v, 1]
@@ -68,7 +68,7 @@ def is_selectable(s: Record, r: Record, v: int) -> bool:
     return side_is_open(s, r, v, PREV) and side_is_open(s, r, v, NEXT)
 
 
-@kernel
+@bare
 def gather_edges(s: Record, r: Record, v: int, edges: Edges) -> int:
     """Boundary segments that do not end at v and come near enough to matter; returns their number."""
     x, y = s.xy[v, 0], s.xy[v, 1]
@@ -129,7 +129,7 @@ def triangle_is_free(edges: Edges, n: int, ax: int, ay: int, bx: int, by: int, c
     return True
 
 
-@kernel
+@bare
 def outer_child_fits(s: Record, r: Record, edges: Edges, n: int, side: int, qx: int, qy: int) -> bool:
     """Whether the child of the selected leaf on one side may lie at q, whatever the others."""
     v = s.selected
@@ -210,7 +210,7 @@ def comes_after(s: Record, r: Record, v: int, ax: int, ay: int, bx: int, by: int
     return in_sector(ax, ay, nx, ny, bx, by)
 
 
-@kernel
+@bare
 def middle_child_fits(s: Record, r: Record, edges: Edges, n: int, qx: int, qy: int) -> bool:
     """Whether the middle child of the selected leaf may lie at q, its outer children being chosen."""
     v = s.selected
@@ -311,7 +311,7 @@ def location_fits(s: Record, r: Record, edges: Edges, n: int, middle: Middle, si
     return middle_child_fits(s, r, edges, n, qx, qy)
 
 
-@kernel
+@bare
 def locations(s: Record, r: Record, out: Actions) -> int:
     """Legal location actions in the three placing phases; returns their number."""
     middle, side = middle_of(s, r), placing_side(s, r)
@@ -319,7 +319,7 @@ def locations(s: Record, r: Record, out: Actions) -> int:
         return 0
     x, y = s.xy[s.selected, 0], s.xy[s.selected, 1]
     half_x, half_y = r.half_x, r.half_y
-    edges = np.empty((s.n_vertices + 2, 4), np.int32)
+    edges = s.edges
     n_edges = gather_edges(s, r, s.selected, edges)
     reach = 2 * max(half_x, half_y) + 1
     if r.max_length_sq < float(reach * reach):
@@ -334,7 +334,7 @@ def locations(s: Record, r: Record, out: Actions) -> int:
     return n
 
 
-@kernel
+@bare
 def location_is_legal(s: Record, r: Record, qx: int, qy: int) -> bool:
     """Whether the child that is placed now may lie at q, anywhere: one candidate of :func:`locations`."""
     if abs(qx) > r.half_x or abs(qy) > r.half_y:
@@ -342,12 +342,12 @@ def location_is_legal(s: Record, r: Record, qx: int, qy: int) -> bool:
     middle = middle_of(s, r)
     if not middle.opens:
         return False
-    edges = np.empty((s.n_vertices + 2, 4), np.int32)
+    edges = s.edges
     n = gather_edges(s, r, s.selected, edges)
     return location_fits(s, r, edges, n, middle, placing_side(s, r), qx, qy)
 
 
-@kernel
+@bare
 def write_legal_actions(s: Record, r: Record, out: Actions) -> int:
     """Write the legal actions of the state and return how many there are.
 

@@ -8,10 +8,10 @@ from origami_lab.game.kernels.extension import outer_place
 from origami_lab.game.kernels.legal_actions import placing_side
 from origami_lab.game.kernels.state import ALL_IMAGES, Record, add_triangle, add_vertex, code_x, code_y
 from origami_lab.geometry.planar import cross
-from origami_lab.jit import kernel
+from origami_lab.jit import bare
 
 
-@kernel
+@bare
 def outer_panel_collides(s: Record, r: Record, reach: int, qx: int, qy: int) -> bool:
     """Whether an outer child at board point q, not yet played, has a panel that collides at one of ``reach`` angles.
 
@@ -30,7 +30,7 @@ def outer_panel_collides(s: Record, r: Record, reach: int, qx: int, qy: int) -> 
     w = add_vertex(s, r, qx, qy)
     for k in range(reach):
         s.position[w, k, 0], s.position[w, k, 1], s.position[w, k, 2] = outer_place(s, r, k, side, qx, qy)
-    add_triangle(s, 8 * v, outer, 8 * w, ALL_IMAGES)
+    add_triangle(s, r, 8 * v, outer, 8 * w, ALL_IMAGES)
     free = collision_free_reach(s, r, triangles, triangles + 1, reach)
     s.n_vertices, s.n_triangles = vertices, triangles
     return bool(free < reach)

@@ -31,7 +31,7 @@ from origami_lab.game.kernels.state import (
     point_y,
 )
 from origami_lab.game.kernels.straight_sectors import close_sector, lock_beside
-from origami_lab.jit import inlined, kernel
+from origami_lab.jit import bare, inlined
 
 Actions = NDArray[np.int32]
 
@@ -47,7 +47,7 @@ def has_room(s: Record) -> bool:
     )
 
 
-@kernel
+@bare
 def leaf_at(s: Record, x: int, y: int) -> int:
     """The representative leaf at a board point, −1 if there is none."""
     w = s.head
@@ -60,7 +60,7 @@ def leaf_at(s: Record, x: int, y: int) -> int:
         w = code >> 3
 
 
-@kernel
+@bare
 def play_action(s: Record, r: Record, action: int) -> None:
     """Play one legal action (legality is the caller's affair) and log it."""
     points = board_points(r)
@@ -139,7 +139,7 @@ def play_action(s: Record, r: Record, action: int) -> None:
             s.status = FULL
 
 
-@kernel
+@bare
 def settle(s: Record, r: Record, legal: Actions) -> int:
     """The number of legal actions, written to ``legal``; an episode that has none left ends here."""
     n = write_legal_actions(s, r, legal)
@@ -151,31 +151,31 @@ def settle(s: Record, r: Record, legal: Actions) -> int:
 # Entry points from Python take an array of states and an index: a record costs more to pass than its array.
 
 
-@kernel
+@bare
 def clear_state(states: States, i: int) -> None:
     clear(states[i])
 
 
-@kernel
+@bare
 def copy_to_all(targets: States, sources: States) -> None:
     """Make all targets the first source."""
     for i in range(targets.shape[0]):
         copy_state(targets[i], sources[0])
 
 
-@kernel
+@bare
 def copy_to(targets: States, i: int, sources: States, j: int) -> None:
     copy_state(targets[i], sources[j])
 
 
-@kernel
+@bare
 def step(states: States, i: int, rules: States, action: int, legal: Actions) -> int:
     """Play one legal action; returns the number of actions legal afterwards, written to ``legal``."""
     play_action(states[i], rules[0], action)
     return settle(states[i], rules[0], legal)
 
 
-@kernel
+@bare
 def branch(states: States, i: int, j: int, rules: States, action: int, legal: Actions) -> tuple[int, bool]:
     """Make state i the one that a legal action leads to from state j.
 
@@ -188,13 +188,13 @@ def branch(states: States, i: int, j: int, rules: States, action: int, legal: Ac
     return n, states[i].phase == SELECTION
 
 
-@kernel
+@bare
 def legal_of(states: States, i: int, rules: States, legal: Actions) -> int:
     """The number of legal actions, written to ``legal``."""
     return settle(states[i], rules[0], legal)
 
 
-@kernel
+@bare
 def play_uniform(
     states: States, i: int, rules: States, draws: NDArray[np.float64], start: int, limit: int, legal: Actions
 ) -> int:
@@ -213,7 +213,7 @@ def play_uniform(
     return played
 
 
-@kernel
+@bare
 def play_greedy(
     states: States,
     i: int,
@@ -244,7 +244,7 @@ def play_greedy(
     return played
 
 
-@kernel
+@bare
 def replay_unchecked(states: States, i: int, rules: States, actions: Actions) -> int:
     """Play known-legal actions, the start pattern's among them, from an empty board under any rules.
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from origami_lab.game.kernels.collisions import sweep_triangle
 from origami_lab.game.kernels.corner_choice import start_corners
 from origami_lab.game.kernels.state import (
     BARE,
@@ -24,11 +25,11 @@ from origami_lab.game.kernels.state import (
     code_y,
     is_playable,
 )
-from origami_lab.jit import kernel
+from origami_lab.jit import bare, kernel
 from origami_lab.kinematics.three_units import hinge, mirror_frames
 
 
-@kernel
+@bare
 def lay_source(s: Record, r: Record, v: int, over_next: int, sign: int) -> None:
     """Lay a driven crease on the boundary segment beside leaf v, as far as v is concerned.
 
@@ -52,7 +53,7 @@ def lay_source(s: Record, r: Record, v: int, over_next: int, sign: int) -> None:
         s.last[v] = other
 
 
-@kernel
+@bare
 def set_flat(s: Record, v: int) -> None:
     """Position and panels of a vertex of the flat start panel."""
     for k in range(s.reach):
@@ -64,7 +65,7 @@ def set_flat(s: Record, v: int) -> None:
         s.frame_prev[v, k, 4] = s.frame_next[v, k, 4] = 1.0
 
 
-@kernel
+@bare
 def side_sign(r: Record, i: int) -> int:
     """Sign of the i-th side of the start pattern, as against the sign that the agent chooses; 0: it is not driven."""
     return int(r.sides[i]) if r.start == PANEL else 1
@@ -116,17 +117,13 @@ def place_start(s: Record, r: Record, option: int, sign: int) -> None:
         if n == 2 or side_sign(r, i) != 0:
             add_crease(s, codes[i], codes[(i + 1) % n], sign * (side_sign(r, i) if n > 2 else 1))
     for i in range(n - 2):
-        add_triangle(s, codes[0], codes[i + 1], codes[i + 2], SINGLE)
-        for j in range(3):
-            low = min(code_coordinate(s, r, i, 0, j), code_coordinate(s, r, i, 1, j))
-            s.swept[i, j] = min(low, code_coordinate(s, r, i, 2, j))
-            high = max(code_coordinate(s, r, i, 0, j), code_coordinate(s, r, i, 1, j))
-            s.swept[i, 3 + j] = max(high, code_coordinate(s, r, i, 2, j))
+        add_triangle(s, r, codes[0], codes[i + 1], codes[i + 2], SINGLE)
+        sweep_triangle(s, r, i, s.reach)
     s.phase = SELECTION
     s.unfinished = 0
 
 
-@kernel
+@bare
 def lay_sides(s: Record, r: Record, v: int, before: int, after: int) -> None:
     """Lay the driven creases on the two sides of a panel that meet at v, 0 for one that is not driven."""
     if s.axis[v] > 0:
@@ -148,13 +145,3 @@ def lay_sides(s: Record, r: Record, v: int, before: int, after: int) -> None:
         s.last[v] = s.next[v]
     elif after == 0:
         s.first[v] = s.prev[v]
-
-
-@kernel
-def code_coordinate(s: Record, r: Record, t: int, corner: int, j: int) -> float:
-    """Coordinate j of a corner of a triangle that lies flat on the board."""
-    if j == 0:
-        return float(code_x(s, r, s.corners[t, corner]))
-    if j == 1:
-        return float(code_y(s, r, s.corners[t, corner]))
-    return 0.0

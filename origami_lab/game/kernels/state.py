@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from origami_lab.jit import inlined, kernel
+from origami_lab.geometry.wide_tree import MOST_LEVELS, WIDTH
+from origami_lab.jit import bare, inlined
 
 # phases of the game: what the next action decides
 PLACEMENT, SELECTION, FIRST, SECOND, THIRD = 0, 1, 2, 3, 4
@@ -94,7 +95,20 @@ def state_dtype(vertices: int = DEFAULT_VERTICES, angles: int = 10) -> np.dtype[
             ("position", np.float64, (vertices, angles, 3)),  # in space
             ("frame_prev", np.float64, (vertices, angles, 6)),  # the panel on the prev side of a leaf
             ("frame_next", np.float64, (vertices, angles, 6)),
-            ("swept", np.float64, (triangles, 6)),  # box around the triangle at all angles: low xyz, high xyz
+            ("flat_corners", np.int64, (triangles, 3)),  # corners on the board, each as one number
+            ("boxes", np.float64, (triangles, angles, 6)),  # around the triangle at each angle: low xyz, high xyz
+            ("swept", np.float64, (triangles, 6)),  # around it at all of them
+            # what kernels write to while they run, and nothing else: it is not copied
+            ("edges", np.int32, (vertices + 2, 4)),
+            ("triangle", np.float64, (3, 3)),
+            ("image_flat", np.int64, (8, 3)),
+            ("image_swept", np.float64, (4, 8)),
+            ("image_boxes", np.float64, (8, angles, 6)),
+            ("image_corners", np.float64, (8, angles, 3, 3)),
+            ("known", np.float64, (angles,)),
+            ("ahead", np.int64, (angles,)),
+            ("far", np.float64, (MOST_LEVELS, WIDTH)),
+            ("near", np.int64),
         ]
     )
 
@@ -121,6 +135,7 @@ def rules_dtype(angles: int = 10) -> np.dtype[np.void]:
             ("sources", np.int32),  # where driven creases may be laid during the game
             ("straight_sectors", np.int32),  # whether sectors may be exactly π
             ("collisions", np.int32),  # whether panels may not cross
+            ("stuck_is_penalised", np.int32),  # whether an extension without a place left brings the penalty
             ("min_reach", np.int32),  # driving angles that must stay reachable
             ("start", np.int32),
             ("n_placements", np.int32),
@@ -159,6 +174,12 @@ def code_y(s: Record, r: Record, code: int) -> int:
     """Board y of a coded vertex."""
     v, g = code >> 3, code & 7
     return r.matrices[g, 2] * s.xy[v, 0] + r.matrices[g, 3] * s.xy[v, 1]
+
+
+@inlined
+def flat_corner(s: Record, r: Record, code: int) -> int:
+    """Board point of a coded vertex as one number, another one for every point."""
+    return int((np.int64(code_x(s, r, code)) << 32) + code_y(s, r, code))
 
 
 @inlined
@@ -222,7 +243,7 @@ def point_y(r: Record, index: int) -> int:
 # --- growing and copying ---------------------------------------------------------------------------------------------
 
 
-@kernel
+@bare
 def clear(s: Record) -> None:
     """An empty board before placement."""
     s.n_vertices = 0
@@ -238,6 +259,7 @@ def clear(s: Record) -> None:
     s.mode = 0
     s.first_x, s.first_y, s.second_x, s.second_y = 0, 0, 0, 0
     s.unfinished = 0
+    s.near = 0
 
 
 @inlined
@@ -253,10 +275,16 @@ def add_vertex(s: Record, r: Record, x: int, y: int) -> int:
 
 
 @inlined
-def add_triangle(s: Record, a: int, b: int, c: int, images: int) -> None:
+def add_triangle(s: Record, r: Record, a: int, b: int, c: int, images: int) -> None:
+    """A new triangle; its boxes are the caller's to set."""
     t = s.n_triangles
     s.n_triangles = t + 1
     s.corners[t, 0], s.corners[t, 1], s.corners[t, 2] = a, b, c
+    s.flat_corners[t, 0], s.flat_corners[t, 1], s.flat_corners[t, 2] = (
+        flat_corner(s, r, a),
+        flat_corner(s, r, b),
+        flat_corner(s, r, c),
+    )
     s.images[t] = images
 
 
@@ -279,6 +307,15 @@ def has_image(r: Record, images: int, g: int) -> bool:
 
 
 @inlined
+def is_penalised(s: Record, r: Record) -> bool:
+    """Whether the end of an episode brings the penalty instead of a score."""
+    if s.status == NOT_FOLDABLE:
+        return True
+    inside_move = s.phase != SELECTION and s.phase != PLACEMENT
+    return bool(r.stuck_is_penalised and s.status == STUCK and inside_move)
+
+
+@inlined
 def copy_scalars(target: Record, source: Record) -> None:
     """Copy all of :data:`SCALARS`, between any two records that have them."""
     target.n_vertices, target.n_triangles = source.n_vertices, source.n_triangles
@@ -291,11 +328,12 @@ def copy_scalars(target: Record, source: Record) -> None:
     target.unfinished = source.unfinished
 
 
-@kernel
+@bare
 def copy_state(target: Record, source: Record) -> None:
     """Copy the used rows of one state to another."""
     n, t, c, a = source.n_vertices, source.n_triangles, source.n_creases, source.n_actions
     copy_scalars(target, source)
+    target.near = source.near
     reach = source.reach
     for i in range(n):
         target.xy[i, 0], target.xy[i, 1] = source.xy[i, 0], source.xy[i, 1]
@@ -315,7 +353,11 @@ def copy_state(target: Record, source: Record) -> None:
     for i in range(t):
         for j in range(3):
             target.corners[i, j] = source.corners[i, j]
+            target.flat_corners[i, j] = source.flat_corners[i, j]
         target.images[i] = source.images[i]
+        for k in range(reach):
+            for j in range(6):
+                target.boxes[i, k, j] = source.boxes[i, k, j]
         for j in range(6):
             target.swept[i, j] = source.swept[i, j]
     for i in range(c):

@@ -17,7 +17,7 @@ import numpy as np
 from origami_lab.game.kernels.boundary import NEXT, PREV, near_side
 from origami_lab.game.kernels.state import CLOSED, STRAIGHT, Record, code_x, code_y
 from origami_lab.geometry.planar import cross
-from origami_lab.jit import inlined, kernel
+from origami_lab.jit import bare, inlined
 from origami_lab.kinematics.three_units import lift
 
 AGREES = 1e-20
@@ -76,13 +76,13 @@ def is_closed(s: Record, r: Record, v: int) -> bool:
     return s.locked[v] == CLOSED or (s.locked[v] == STRAIGHT and r.straight_sectors == 0)
 
 
-@kernel
+@bare
 def leaf_folds_straight(s: Record, v: int) -> bool:
     """Whether a leaf with an incoming sector of π folds along its line: the panels on both sides are in one plane."""
     return agree_on(s, v, 1, 0) and agree_on(s, v, 0, 1)
 
 
-@kernel
+@bare
 def goes_straight_on(s: Record, r: Record, v: int, side: int) -> bool:
     """Whether the outer crease of leaf v on that side may go straight on, to the outer child: then the others are flat.
 
@@ -96,7 +96,7 @@ def goes_straight_on(s: Record, r: Record, v: int, side: int) -> bool:
     return agree_on(s, v, code_x(s, r, crease) - s.xy[v, 0], code_y(s, r, crease) - s.xy[v, 1])
 
 
-@kernel
+@bare
 def side_is_open(s: Record, r: Record, v: int, side: int) -> bool:
     """Whether a crease can leave v on that side: less than π between the last crease there and the boundary.
 

@@ -24,7 +24,7 @@ from origami_lab.game.kernels.state import (
     point_x,
     point_y,
 )
-from origami_lab.jit import inlined, kernel
+from origami_lab.jit import bare, inlined
 
 Notes = NDArray[np.void]
 """Array of notes: element d holds what the action played at depth d overwrote."""
@@ -60,7 +60,7 @@ def copy_row(target: Record, i: int, source: Record, v: int, reach: int) -> None
             target.frame_next[i, k, j] = source.frame_next[v, k, j]
 
 
-@kernel
+@bare
 def write_note(s: Record, r: Record, action: int, note: Record) -> None:
     """Note what playing a legal action will overwrite."""
     copy_scalars(note, s)
@@ -82,7 +82,7 @@ def write_note(s: Record, r: Record, action: int, note: Record) -> None:
         copy_row(note, i, s, note.rows[i], note.reach)
 
 
-@kernel
+@bare
 def restore(s: Record, note: Record) -> None:
     """Bring a state back to where the note was written."""
     copy_scalars(s, note)
@@ -90,7 +90,7 @@ def restore(s: Record, note: Record) -> None:
         copy_row(s, note.rows[i], note, i, note.reach)
 
 
-@kernel
+@bare
 def play_noted(s: Record, r: Record, action: int, note: Record, legal: Actions) -> int:
     """Play one legal action so that :func:`restore` takes it back; returns how many are legal afterwards."""
     write_note(s, r, action, note)
@@ -98,7 +98,7 @@ def play_noted(s: Record, r: Record, action: int, note: Record, legal: Actions) 
     return settle(s, r, legal)
 
 
-@kernel
+@bare
 def step_noted(
     states: States, i: int, rules: States, action: int, notes: Notes, depth: int, legal: Actions
 ) -> tuple[int, bool]:
@@ -107,7 +107,7 @@ def step_noted(
     return n, states[i].phase == SELECTION
 
 
-@kernel
+@bare
 def step_back(states: States, i: int, notes: Notes, depth: int) -> None:
     """Take back the action of state i that was noted at ``depth``."""
     restore(states[i], notes[depth])

@@ -30,7 +30,7 @@ from origami_lab.game.kernels.state import (
 )
 from origami_lab.game.kernels.undo import Notes, play_noted, restore
 from origami_lab.game.move_table import source_is_legal
-from origami_lab.jit import inlined, kernel
+from origami_lab.jit import bare, inlined, kernel
 from origami_lab.objectives.coverage_gain import Coverage, cover_panels
 from origami_lab.search.neighbourhood.known_strays import KnownStrays, is_known, learn, list_key, mixed
 from origami_lab.search.neighbourhood.threshold import Aim, child_strays, seam_strays
@@ -86,7 +86,7 @@ class Room(NamedTuple):
     known: KnownStrays
 
 
-@kernel
+@bare
 def child_fails(s: Record, r: Record, aim: Aim, action: int) -> bool:
     """Whether an outer child that does not stray has a panel that collides on the way to the run's angle."""
     if s.phase == THIRD:
@@ -181,7 +181,7 @@ def try_move(
         counts[depth], drawn[depth], tried[depth], keys[depth] = n, 0, 0, list_key(s, r, aim.angle)
 
 
-@kernel
+@bare
 def squared_to_images(s: Record, r: Record, v: int, k: int, point: NDArray[np.float64]) -> float:
     """Squared distance from a point to the nearest image of a vertex at driving angle k."""
     x, y, z = s.position[v, k, 0], s.position[v, k, 1], s.position[v, k, 2]
@@ -239,7 +239,7 @@ def play_source(s: Record, r: Record, draw: float, most: int) -> int:
     return 2
 
 
-@kernel
+@bare
 def grow(
     states: States,
     i: int,

@@ -17,7 +17,7 @@ from origami_lab.game.kernels.boundary import NEXT, PREV
 from origami_lab.game.kernels.collisions import place_corner
 from origami_lab.game.kernels.legal_actions import placing_side
 from origami_lab.game.kernels.state import THIRD, Record
-from origami_lab.jit import inlined, kernel
+from origami_lab.jit import bare, inlined
 
 SLOTS = 1 << 18
 """Places that are remembered; a new one takes the slot of an old one, so that memory stays what it is."""
@@ -61,13 +61,13 @@ def mixed_place(key: np.int64, p: NDArray[np.float64], row: int) -> np.int64:
     return key
 
 
-@kernel
+@bare
 def list_key(s: Record, r: Record, k: int) -> np.int64:
     """The key of all that decides where the child that is placed now comes to lie, save for its board point."""
     v = s.selected
     key = mixed(np.int64(k + 1), np.int64(s.phase == THIRD))
     key = mixed(mixed(key, np.int64(s.xy[v, 0])), np.int64(s.xy[v, 1]))
-    p = np.empty((3, 3))
+    p = s.triangle
     place_corner(s, r, 8 * v, k, p, 0)
     key = mixed_place(key, p, 0)
     side = placing_side(s, r)
