@@ -1,4 +1,4 @@
-"""Lengths as people write them: a number with a unit behind it."""
+"""Lengths as people write them: a number with a unit behind it; and sheets of paper by their names."""
 
 from __future__ import annotations
 
@@ -11,6 +11,22 @@ MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
 """Units of length by what they are."""
 LONGEST = 10_000.0
 """Millimetres."""
+
+SHEETS = {
+    "A0": (841.0, 1189.0),
+    "A1": (594.0, 841.0),
+    "A2": (420.0, 594.0),
+    "A3": (297.0, 420.0),
+    "A4": (210.0, 297.0),
+    "A5": (148.0, 210.0),
+    "A6": (105.0, 148.0),
+    "LETTER": (215.9, 279.4),
+    "LEGAL": (215.9, 355.6),
+    "TABLOID": (279.4, 431.8),
+}
+"""Widths and heights of sheets of paper, millimetres."""
+MARGIN = 10.0
+"""Millimetres of the sheet that stay free at each side, unless said otherwise."""
 
 _AMOUNT = re.compile(r"\s*([-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-zA-Z%]*)\s*", re.ASCII)
 

@@ -10,6 +10,7 @@ from origami_lab.config.mesh_axis import is_mesh, with_target
 from origami_lab.config.node import Node
 from origami_lab.errors import InputError
 from origami_lab.game.rule_settings import RuleSettings
+from origami_lab.lengths import MARGIN
 from origami_lab.targets.mesh_reader import millimetres_per_unit
 
 
@@ -30,8 +31,6 @@ def settle_cell(values: Node, game: RuleSettings, *, fits_part: bool = False) ->
     cell = None if values.get("cell") is None else Millimetres().take(values["cell"])
     if not isinstance(sheet, tuple) or not (cell is None or isinstance(cell, float)):
         return dict(values)  # what is wrong with them is said when they are checked
-    from origami_lab.export.cut_sheet import MARGIN
-
     sides = game.width - 1, game.height - 1
     rooms = [(w - 2 * MARGIN, h - 2 * MARGIN) for w, h in (sheet, sheet[::-1])]
     fits = max(min(room / side for room, side in zip(turned, sides, strict=True)) for turned in rooms)

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from origami_lab.config.instantiate import Parts
+from origami_lab.config.physical_size import millimetres_per_cell
 from origami_lab.config.settings import Settings
+from origami_lab.targets.target import Target
 
 LARGEST_FIRST = ("xyd", "xy", "x", "y")
 
@@ -32,6 +37,7 @@ def remarks(settings: Settings, parts: Parts) -> Iterator[str]:
         yield from settings.part_lines
     else:
         yield f"{name}: 1 board cell = {target.units_per_cell:.4g} units of the file{on_paper}"
+    yield from _true_size(settings, target)
     if settings.target.get("up", "") is None and axis_up(name) == "y":
         yield f"{name} stands with its z axis up, as in version 0.1.0, which this run was made by; new runs turn y up"
     symmetry = settings.game.symmetry
@@ -41,4 +47,16 @@ def remarks(settings: Settings, parts: Parts) -> Iterator[str]:
     yield (
         f"warning: {name} is not symmetric under symmetry={symmetry}, the folded sheet will be: "
         f"it fits only as far as that; the mesh has symmetry={own}"
+    )
+
+
+def _true_size(settings: Settings, target: Target) -> Iterator[str]:
+    """How large a part becomes on paper, where that is not its own size."""
+    plain = millimetres_per_cell(replace(settings, cell=None), target)
+    if settings.cell is None or plain is None or abs(settings.cell / plain - 1.0) < 1e-6:
+        return
+    sides = " × ".join(f"{length * settings.cell:.4g}" for length in np.ptp(target.vertices, axis=0))
+    yield (
+        f"on paper a cell is {settings.cell:.4g} mm: the part becomes {sides} mm, {settings.cell / plain:.3g} times its"
+        f" size (cell={plain:.6g}mm keeps it)"
     )

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -100,10 +101,15 @@ def _from_above(part: PartAnalysis) -> Image.Image:
     axes.add_collection(PolyCollection([corners], facecolor=_START, edgecolor=INK, alpha=0.75, linewidth=0.8, zorder=3))
     sides = [[corners[k], corners[(k + 1) % len(corners)]] for k in np.nonzero(driven)[0]]
     axes.add_collection(LineCollection(sides, colors=_DRIVEN, linewidths=2.4, zorder=4))
-    axes.set(xlim=(-half[0] - 1, half[0] + 1), ylim=(-half[1] - 1, half[1] + 1), aspect="equal")
+    axes.set(xlim=(-half[0] - 0.5, half[0] + 0.5), ylim=(-half[1] - 0.5, half[1] + 0.5), aspect="equal")
+    axes.spines[:].set_visible(False)  # the board's own edge is its outermost lines
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(integer=True))
     axes.tick_params(length=0, labelsize=6, labelcolor=QUIET)
     axes.set_title(
-        "from above: board, walls unfolded (dashed), start panel, driven creases (red)", fontsize=6, color=QUIET
+        "from above, in cells: board, walls unfolded (dashed), start panel, driven creases (red)",
+        fontsize=6,
+        color=QUIET,
     )
     stream = io.BytesIO()
     figure.savefig(stream, format="png", metadata={"Software": None})

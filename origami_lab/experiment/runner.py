@@ -114,6 +114,8 @@ def run_experiment(
                     left_at_once = interrupts.count > 1
                     pool.close()
                     summary = record.write_summary(interrupted=interrupts.count > 0)
+                if summary["interrupted"] and not record.rows and record.begun:
+                    display.say(f"no trial had a design yet: resume=true output={folder.path} begins anew")
             code = record.exit_code(interrupted=summary["interrupted"])
             record.finish(interrupts)
     return Experiment(folder.path, record.ordered(), summary, code, left_at_once)

@@ -18,23 +18,10 @@ from origami_lab.export.pdf import pdf_page
 from origami_lab.export.svg import drawn
 from origami_lab.files import write_whole
 from origami_lab.fold_format.fold_file import FoldFile, FoldFrame
+from origami_lab.lengths import MARGIN, SHEETS
 
 Line = NDArray[np.float64]
 
-SHEETS = {
-    "A0": (841.0, 1189.0),
-    "A1": (594.0, 841.0),
-    "A2": (420.0, 594.0),
-    "A3": (297.0, 420.0),
-    "A4": (210.0, 297.0),
-    "A5": (148.0, 210.0),
-    "A6": (105.0, 148.0),
-    "LETTER": (215.9, 279.4),
-    "LEGAL": (215.9, 355.6),
-    "TABLOID": (279.4, 431.8),
-}
-MARGIN = 10.0
-"""Millimetres of the sheet that stay free at each side, unless said otherwise."""
 LAYERS = {"cut": "#000000", "mountain": "#ff0000", "valley": "#0000ff", "unassigned": "#ff00ff"}
 """Layer → colour: cutters tell operations apart by either."""
 SCORED = {"M": "mountain", "V": "valley", "U": "unassigned"}

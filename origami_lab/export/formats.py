@@ -12,7 +12,7 @@ from pathlib import Path
 from origami_lab.drawing.scene import TargetSurface, read_target, target_of
 from origami_lab.errors import InputError
 from origami_lab.export.cp import write_cp
-from origami_lab.export.cut_sheet import MARGIN, lay_out, parse_sheet, write_cut
+from origami_lab.export.cut_sheet import lay_out, parse_sheet, write_cut
 from origami_lab.export.dxf import PALETTES, write_dxf
 from origami_lab.export.folded_mesh import write_mesh
 from origami_lab.export.svg import write_svg
@@ -21,6 +21,7 @@ from origami_lab.fold_format.motion_frames import fold_path, read_even_motion, r
 from origami_lab.fold_format.reader import read_fold
 from origami_lab.fold_format.writer import as_fold_file, write_fold
 from origami_lab.game.crease_pattern import CreasePattern
+from origami_lab.lengths import MARGIN
 
 
 @dataclass(frozen=True)

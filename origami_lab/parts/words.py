@@ -6,6 +6,9 @@ import shlex
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
+
+from origami_lab.lengths import MARGIN, SHEETS
 from origami_lab.parts.analysis import PartAnalysis
 
 COVERED, FULL, TIGHT = 0.05, 0.6, 0.1
@@ -55,7 +58,9 @@ def start_words(part: PartAnalysis) -> str:
     if name == "panel":
         driven = sum(sign != 0 for sign in start["signs"])
         corners = " ".join(map(point, start["corners"]))
-        return f"the panel {corners} with {driven} driven side{'s' * (driven != 1)}"
+        sizes = np.ptp(np.array(start["corners"]), axis=0) / part.setup.scale
+        floor = " × ".join(f"{length:.4g}" for length in sizes)
+        return f"the panel {corners}, {floor} {part.unit}, with {driven} side{'s' * (driven != 1)} that fold"
     return "a square about the middle, its size chosen in the game"
 
 
@@ -70,13 +75,13 @@ def warnings(part: PartAnalysis) -> Iterator[str]:
         yield f"it has {surface.bodies} pieces that do not hang together; one sheet is to become all of them"
     if part.walls is not None:
         yield (
-            f"its walls are about {part.walls:.3g} units thick: a sheet is to become their {part.skin} side, and"
+            f"its walls are about {part.walls:.3g} {part.unit} thick: a sheet is to become their {part.skin} side, and"
             f" distances are to that (target.skin={'inner' if part.skin == 'outer' else 'outer'} is the other side)"
         )
     if part.rounded > 0.0:
         yield (
-            f"its edges are rounded, and creases are sharp: they come to lie up to {part.rounded:.3g} units outside of"
-            " the bends"
+            f"its edges are rounded, and creases are sharp: along them the sheet will lie up to {part.rounded:.3g}"
+            f" {part.unit} outside of the part, and everywhere else on it"
         )
     if surface.is_closed:
         yield "it is a closed solid: only its outside counts, all of it, its underside too; what is inside is free"
@@ -94,7 +99,10 @@ def warnings(part: PartAnalysis) -> Iterator[str]:
     if layout is not None:
         if not layout.is_exact:
             off = layout.lattice.off / setup.scale
-            yield f"its corners are up to {off:.3g} units from board points, so it cannot be met more exactly than that"
+            yield (
+                f"its corners are up to {off:.3g} {part.unit} from board points, so it cannot be met more exactly"
+                " than that"
+            )
         others = {
             round(abs(side.fold), 2)
             for side, is_driven in zip(layout.unfolding.sides, layout.driven, strict=True)
@@ -138,9 +146,40 @@ def facts(part: PartAnalysis) -> list[tuple[str, str]]:
             f"{setup.board[0]} × {setup.board[1]} points; the part's area is {100 * share:.0f} % of the largest sheet",
         ),
         ("start", start_words(part)),
+        ("paper", paper_words(part)),
         ("angles", f"{setup.driving_angle_count} driving angles up to {setup.driving_angle_max:.6g}°"),
         ("creases", "of any length" if longest is None else f"up to {longest:g} cells, {longest * cell:.3g} mm"),
+        ("expect", expectation(part)),
     ]
+
+
+def paper_words(part: PartAnalysis) -> str:
+    """How much paper the largest pattern takes at the part's true size, and the smallest sheet that has it."""
+    sides = sorted((points - 1) * part.cell for points in part.setup.board)
+    room = f"at true size a pattern is {sides[1]:.4g} × {sides[0]:.4g} mm at most"
+    by_size = sorted((size, name) for name, size in SHEETS.items() if name.startswith("A"))
+    for size, name in by_size:
+        if all(side <= length - 2 * MARGIN for side, length in zip(sides, size, strict=True)):
+            return f"{room}: cell={part.cell:.6g}mm sheet={name}; sheet={name} alone would make the part fill the sheet"
+    largest = by_size[-1][1]
+    return f"{room}, more than {largest}; sheet={largest} alone makes the part as large as there is room"
+
+
+def expectation(part: PartAnalysis) -> str:
+    """What a search is to come to with a part of its kind."""
+    layout = part.layout
+    if layout is None:
+        return "near it, not exact; a longer run (budget=2_000_000) and polish=60000 come nearer"
+    sides = layout.unfolding.sides
+    hinged = {side.wall for side in sides if side.wall >= 0}
+    if not layout.is_exact or not all(layout.driven[k] for k, side in enumerate(sides) if side.wall >= 0):
+        return "most of it met; the rest as the remarks say"
+    met = "floor and walls met exactly" if part.rounded == 0.0 else "floor and walls met, but for their rounded edges"
+    if len(part.regions) > 1 + len(hinged):
+        met += ", what hangs on the walls only nearly"
+    if any(corner.height > 0.0 for corner in layout.corners):
+        met += "; where walls meet, left-over paper lies flat on one of them, which verify cannot certify: no fault"
+    return met
 
 
 def _cells(part: PartAnalysis) -> str:

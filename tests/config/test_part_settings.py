@@ -179,6 +179,21 @@ def test_a_sheet_makes_the_part_as_large_as_there_is_room(bracket: Path) -> None
     assert (found.game.height - 1) * found.cell <= 297
 
 
+def test_the_run_says_how_large_a_part_becomes_on_paper(bracket: Path) -> None:
+    """80 × 50 × 40 mm, on a board of 8 × 10 cells: at most 190 of 277 mm wide on A4, upright, so by the height."""
+
+    def said(*words: str) -> list[str]:
+        found = settings(bracket, *words)
+        return [line for line in remarks(found, build_parts(found)) if "on paper" in line]
+
+    assert said() == said("cell=10mm") == said("cell=10mm", "sheet=A4") == []
+    (line,) = said("sheet=A4")
+    cell = min(190 / 8, 277 / 10)
+    assert line.startswith(f"on paper a cell is {cell:.4g} mm: the part becomes {8 * cell:.4g} × {5 * cell:.4g} × ")
+    assert f"{cell / 10:.3g} times its size" in line
+    assert "cell=10mm keeps it" in line
+
+
 def test_a_cell_that_is_larger_than_the_part_is_refused_in_one_line(bracket: Path) -> None:
     with pytest.raises(InputError, match=r"^(cell|target\.scale)="):
         laid(bracket, "cell=9000mm")

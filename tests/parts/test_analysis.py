@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,9 +16,10 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.parts import shapes
 from origami_lab.config.part_settings import settings_of
+from origami_lab.lengths import MARGIN, SHEETS
 from origami_lab.parts import PartAnalysis, analyse_part
 from origami_lab.parts.corners import tucked_reach
-from origami_lab.parts.words import warnings
+from origami_lab.parts.words import facts, warnings
 from origami_lab.targets import mesh
 
 Array = NDArray[np.float64]
@@ -219,3 +221,25 @@ def test_a_moved_part_is_set_up_alike(
     for axis in range(3):
         ends = [np.sort(target.vertices[:, axis])[[0, -1]] for target in (placed, before)]
         np.testing.assert_allclose(ends[0], ends[1], atol=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("l_bracket", "floor and walls met exactly"),
+        ("box_lid", "where walls meet"),
+        ("box_with_flaps", "what hangs on the walls only nearly"),
+        ("bent_bracket", "but for their rounded edges"),
+        ("shallow_dome", "near it, not exact"),
+    ],
+)
+def test_what_to_expect_and_what_paper_it_takes(name: str, words: str, tmp_path: Path) -> None:
+    (file := tmp_path / f"{name}.stl").write_bytes(shapes.stl(shapes.PARTS[name]()))
+    part = analyse_part(file)
+    told = dict(facts(part))
+    assert words in told["expect"]
+    sides = sorted((points - 1) * part.cell for points in part.setup.board)
+    size = re.search(r"sheet=(A\d);", told["paper"])
+    assert size is not None
+    held = [all(a <= b - 2 * MARGIN for a, b in zip(sides, SHEETS[f"A{k}"], strict=True)) for k in range(7)]
+    assert held.index(False) - 1 == int(size[1][1]) if False in held else size[1] == "A6"
