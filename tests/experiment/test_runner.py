@@ -84,9 +84,15 @@ def wait_for(condition: Any, process: subprocess.Popen[str], patience: float = 1
 def test_what_is_on_disk(tracked: Path) -> None:
     out = tracked / "out"
     names = {file.name for file in out.iterdir()}
-    assert names == {"config.yaml", "target.ply", "trials.csv", "summary.json", "tracking.json"} | {
-        f"seed={seed}" for seed in range(3)
-    }
+    assert names == {
+        "config.yaml",
+        "target.ply",
+        "trials.csv",
+        "summary.json",
+        "tracking.json",
+        "index.html",
+        "index.data",
+    } | {f"seed={seed}" for seed in range(3)}
     for seed in range(3):
         assert {file.name for file in (out / f"seed={seed}").iterdir()} == TRIAL_FILES
     rows = read_trials(out / "trials.csv")

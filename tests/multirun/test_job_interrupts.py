@@ -146,7 +146,8 @@ def test_ctrl_c_saves_what_runs_and_says_how_to_go_on(launcher: str, number: int
     assert (tmp_path / "out" / first["folder"] / "seed=0/best.fold").is_file()
     assert (tmp_path / "out" / first["folder"] / "summary.json").is_file()
     assert [(other["status"], other["asked"]) for other in others] == ([] if several else [("not run", "2")])
-    names = {"multirun.csv", "multirun.json", "multirun.yaml", first["folder"]} | ({".submitit"} if several else set())
+    names = {"multirun.csv", "multirun.json", "multirun.yaml", "index.html", first["folder"]}
+    names |= {".submitit"} if several else set()
     assert {file.name for file in (tmp_path / "out").iterdir()} == names
     assert not list((tmp_path / "out").glob(".submitit/*%j*"))
     go_on = f"to go on: origami-lab {' '.join(grid)} tracking=none files=designs workers=1 hydra/launcher={launcher}"

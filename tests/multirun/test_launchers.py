@@ -54,7 +54,7 @@ def first(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_one_folder_and_one_experiment(first: Path) -> None:
     place = first.parents[2]
-    names = ["dfts", "multirun.csv", "multirun.json", "multirun.yaml", "rdm"]
+    names = ["dfts", "index.html", "multirun.csv", "multirun.json", "multirun.yaml", "rdm"]
     assert sorted(file.name for file in first.iterdir()) == names
     assert [file.name for file in place.iterdir()] == ["results"]
     ((experiment, there),) = runs(place).items()

@@ -275,13 +275,13 @@ def test_a_job_finds_its_folder_wherever_it_runs(tmp_path: Path) -> None:
         with inside(tmp_path / "elsewhere"):
             assert enter_job(config, hydra, Path("out"), tmp_path) == "bowl-rdm"
             assert Path.cwd() == tmp_path
-        assert config == {"output": "out/bowl-rdm", "resume": False, "workers": 2}
+        assert config == {"output": "out/bowl-rdm", "resume": False, "workers": 2, "open": False}
         # a cluster starts a job again whose node died: it has begun, and goes on
         Path("out/bowl-rdm").mkdir()
         Path("out/bowl-rdm/config.yaml").touch()
         again = OmegaConf.create({"output": "out", "resume": False, "workers": 1})
         assert enter_job(again, hydra, Path("out"), tmp_path) == "bowl-rdm"
-        assert again == {"output": "out/bowl-rdm", "resume": True, "workers": 1}
+        assert again == {"output": "out/bowl-rdm", "resume": True, "workers": 1, "open": False}
         hydra.overrides.task = ["budget=11"]
         with pytest.raises(InputError, match=r"^output=out: has no job budget=11 in its multirun.json"):
             enter_job(again, hydra, Path("out"), tmp_path)

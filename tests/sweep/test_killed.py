@@ -92,7 +92,8 @@ def assert_all_played_once(trials: list[FrozenTrial], alone: list[Any]) -> None:
     assert {trial.user_attrs["end"] for trial in others} <= {"lost", "stopped", "surplus"}
     found = {trial.user_attrs["place"]: ("complete", trial.params, trial.value) for trial in ended}
     assert [found[slot] for slot in sorted(found)] == values(alone)
-    best, expected = max(ended, key=lambda trial: trial.value or -99), best_slot(alone)
+    best = max(ended, key=lambda trial: (trial.value or -99, -trial.user_attrs["place"]))  # of equals the first slot's
+    expected = best_slot(alone)
     assert expected is not None
     assert (best.params, best.value) == (expected.trial.params, expected.trial.value)
 
