@@ -133,7 +133,7 @@ def read_settings(config: DictConfig) -> Settings:
     written = with_resolved_up(_with_absolute_paths({key: value for key, value in values.items() if key != "trust"}))
     target = None if settings.target is None else as_it_was(resolved_up(settings.target))
     objective = {key: value for key, value in settings.objective.items() if key != "target"}
-    task = _task(settings.task, settings.target)
+    task = task_name(settings.task, settings.target)
     return replace(settings, task=task, target=target, objective=objective, config=written, part_lines=part_lines)
 
 
@@ -176,7 +176,7 @@ def _targets() -> str:
     return "target=" + " or ".join(filter(None, [", ".join(found[:-1]), found[-1]]))
 
 
-def _task(name: str, target: Any) -> str:
+def task_name(name: str, target: Any) -> str:
     """Meshes are told apart by the names of their files."""
     path = target.get("path") if isinstance(target, dict) else None
     stem = Path(str(path)).stem if path else ""

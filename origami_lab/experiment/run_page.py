@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from origami_lab.config.node import Node
 from origami_lab.config.seeds import parse_seeds
+from origami_lab.config.settings import task_name
 from origami_lab.experiment.page_entries import FILES, SHOWN, entry_of, thinned
 from origami_lab.experiment.trial_progress import Polishing, Progress
 from origami_lab.file_names import CONFIG, PAGE, SUMMARY, TRIALS
@@ -183,7 +184,7 @@ def run_page_text(config: Node, folder: Path, command: str) -> str:
     longer = [*own, f"budget={2 * budget}"] if isinstance(budget, int) else own
     values = {
         "kind": "run",
-        "task": str(config.get("task")),
+        "task": task_name(str(config.get("task")), config.get("target")),
         "method": str(config.get("method")),
         "budget": budget,
         "made": command,

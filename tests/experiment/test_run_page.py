@@ -228,3 +228,11 @@ def test_a_page_is_opened_where_there_is_a_display_only(tmp_path: Path, monkeypa
     monkeypatch.setenv("DISPLAY", ":0")
     open_page(tmp_path / "index.html")
     assert opened == [(tmp_path / "index.html").as_uri()]
+
+
+def test_the_page_of_a_part_has_the_name_of_its_file() -> None:
+    config = {"task": "mesh", "method": "lns", "budget": 10, "target": {"path": "parts/tray.stl"}}
+    text = run_page.run_page_text(config, Path("out"), "origami-lab target=mesh")
+    heading = re.search(r"<h1[^>]*>(.*?)</h1>", text, flags=re.DOTALL)
+    assert heading is not None
+    assert "tray" in heading[1]
