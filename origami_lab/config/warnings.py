@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from origami_lab.config.instantiate import Parts
 from origami_lab.config.physical_size import millimetres_per_cell
 from origami_lab.config.settings import Settings
-from origami_lab.targets.target import Target
+
+if TYPE_CHECKING:
+    from origami_lab.targets.target import Target
 
 LARGEST_FIRST = ("xyd", "xy", "x", "y")
 
