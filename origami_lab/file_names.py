@@ -34,6 +34,20 @@ CUT_SHEETS = ("pattern.cut.svg", "pattern.cut.pdf")
 POLISHED, SIMPLIFIED = "polished", "simplified"
 """How the names of the files of a design begin that was made of a trial's best one."""
 
+DESCRIBED = {
+    VIEWER: "turn and fold it",
+    FOLDED_PNG: "folded",
+    PATTERN_PNG: "crease pattern",
+    PATTERN_SVG: "pattern for Origami Simulator",
+    FILM: "motion",
+    BEST: "FOLD file",
+    CERTIFICATE: "certificate",
+    f"{POLISHED}.html": "polished, to turn and fold",
+    f"{POLISHED}.png": "polished, folded",
+    f"{POLISHED}.fold": "polished, FOLD file",
+}
+"""Files of a trial that people are led to, and what they are called there."""
+
 FOLDER_FORMAT = 2
 """Version of what a run folder holds; folders of version 0.1.0 do not say theirs, which is 1."""
 

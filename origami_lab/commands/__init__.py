@@ -4,7 +4,19 @@ from __future__ import annotations
 
 from origami_lab.errors import InputError
 
-COMMANDS = ("check", "dashboard", "doctor", "export", "polish", "report", "simplify", "studio", "sweep", "verify")
+COMMANDS = {
+    "check": ("check part.stl", "what a part is, how it will lie, and the command to run"),
+    "dashboard": ("dashboard", "compare the runs in MLflow"),
+    "report": ("report DIR ...", "pictures, tables and curves of all runs below, on one page"),
+    "sweep": ("sweep sweeps/evo_bowl.yaml", "tune a searcher: an Optuna study in one YAML file"),
+    "polish": ("polish DIR", "move the best designs of a run off the grid, nearer to their target"),
+    "simplify": ("simplify DIR", "take out the creases that a design does not need"),
+    "verify": ("verify FILE.fold", "a certificate for a design, or what is wrong with it"),
+    "export": ("export FILE.fold --to FORMAT", "svg, dxf, cp, stl, glb, html, a sheet to cut ..."),
+    "studio": ("studio", "design by hand in the browser, with searchers as partners"),
+    "doctor": ("doctor", "what may keep experiments from running here"),
+}
+"""What is typed, and what it does, by the name of the module."""
 
 
 def number(option: str, text: str | None) -> float | None:

@@ -26,19 +26,6 @@ WHAT_IT_IS = (
     "origami-lab designs rigid origami: name a shape, and a search plays the origami game until a crease pattern with"
     " one degree of freedom folds into it. An argument is a setting, KEY=VALUE or GROUP=OPTION; a bare word, a command."
 )
-COMMAND_LINES = {
-    "check": ("check part.stl", "what a part is, how it will lie, and the command to run"),
-    "dashboard": ("dashboard", "compare the runs in MLflow"),
-    "report": ("report DIR ...", "pictures, tables and curves of all runs below, on one page"),
-    "sweep": ("sweep sweeps/evo_bowl.yaml", "tune a searcher: an Optuna study in one YAML file"),
-    "polish": ("polish DIR", "move the best designs of a run off the grid, nearer to their target"),
-    "simplify": ("simplify DIR", "take out the creases that a design does not need"),
-    "verify": ("verify FILE.fold", "a certificate for a design, or what is wrong with it"),
-    "export": ("export FILE.fold --to FORMAT", "svg, dxf, cp, stl, glb, html, a sheet to cut ..."),
-    "studio": ("studio", "design by hand in the browser, with searchers as partners"),
-    "doctor": ("doctor", "what may keep experiments from running here"),
-}
-"""What is typed, and what it does, by command."""
 EXAMPLES = (
     ("target=bowl search=bfts seed=0..9", "ten seeds, one result: mean ± std, pictures, a page, MLflow"),
     ("target=cube budget=50000", "a quick one, by the default search=lns"),
@@ -104,7 +91,7 @@ def _first_page(own: Sequence[Path]) -> list[str]:
         *_columns([(f"origami-lab {typed}", words) for typed, words in EXAMPLES]),
         "",
         "Commands (each has its own --help)",
-        *_columns([(f"origami-lab {typed}", words) for typed, words in _command_lines()]),
+        *_columns([(f"origami-lab {typed}", words) for typed, words in COMMANDS.values()]),
         *_columns([("origami-lab RUN/config.yaml", "run a finished experiment's configuration again")], 42),
         "",
         "Groups and their options (--help target: what they are; what you choose brings the settings that suit it)",
@@ -119,16 +106,6 @@ def _first_page(own: Sequence[Path]) -> list[str]:
         "Exit codes: 0 done, 1 a trial failed, 2 wrong input (one line says what would be right), 70 an error of the",
         "program itself, 130 interrupted.",
     ]
-
-
-def _command_lines() -> list[tuple[str, str]]:
-    """What is typed for each command, and what it does."""
-    return [COMMAND_LINES.get(name, (name, "")) for name in sorted(COMMANDS, key=_place)]
-
-
-def _place(command: str) -> int:
-    """Its place in the list above."""
-    return list(COMMAND_LINES).index(command) if command in COMMAND_LINES else len(COMMAND_LINES)
 
 
 def _group_line(group: ExplainedGroup) -> str:

@@ -18,7 +18,7 @@ from origami_lab.errors import InputError
 from origami_lab.file_names import CONFIG
 from origami_lab.files import expanded
 from origami_lab.lengths import MILLIMETRES, millimetres
-from origami_lab.targets.mesh_reader import GLTF
+from origami_lab.targets.mesh_reader import unit_of
 
 if TYPE_CHECKING:
     from origami_lab.parts.analysis import PartAnalysis
@@ -83,15 +83,12 @@ def _chosen(values: Node, wanted: list[str]) -> tuple[dict[str, Any], tuple[str,
     said = {name: target[name] for name in names if name in target and not (name == "skin" and target[name] == AUTO)}
     check_settings(**said, **{key: value for key, value in given.items() if value is not None})
     cell = None if values.get("cell") is None else millimetres(values["cell"])
-    unit = target.get("unit")
-    if unit not in (None, AUTO, *MILLIMETRES):
-        raise InputError("target.unit", unit, f"must be auto, {', '.join(MILLIMETRES)} or null")
     part = analyse_part(
         expanded(target["path"]),
         up=str(target.get("up", "z")),
         max_faces=target.get("max_faces", MOST_FACES),
-        skin=target.get("skin"),
-        unit=AUTO if unit == AUTO else unit or _unit_of_kind(target["path"]),
+        skin=None if target.get("skin") == AUTO and target.get("closed") is True else target.get("skin"),
+        unit=AUTO if target.get("unit") == AUTO else unit_of(target["path"], target.get("unit")),
         cell=cell,
         **given,
     )
@@ -113,11 +110,6 @@ def _chosen(values: Node, wanted: list[str]) -> tuple[dict[str, Any], tuple[str,
     if {"start.size", "start.position"} <= set(wanted):
         kept["start"] = start
     return kept, tuple(summary_lines(part))
-
-
-def _unit_of_kind(path: str | Path) -> str:
-    """The unit that files of this name have where nobody says it."""
-    return "m" if Path(path).suffix.lower().lstrip(".") in GLTF else "mm"
 
 
 def settings_of(part: PartAnalysis) -> dict[str, Any]:

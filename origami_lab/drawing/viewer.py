@@ -44,7 +44,7 @@ def viewer_page(
     """
     from markupsafe import Markup
 
-    from origami_lab.pages import page_text, script_json
+    from origami_lab.pages import PATTERN, page_text, script_json
 
     values = {
         "kind": "design",
@@ -55,7 +55,7 @@ def viewer_page(
         "source": script,
         "code": Markup(viewer_script()) if script is None else "",
     }
-    return page_text("origami_lab.drawing", "viewer_page/page.html.jinja", values, styles=[_PAGE / "page.css"])
+    return page_text("origami_lab.drawing", "viewer_page/page.html.jinja", values, styles=[PATTERN, _PAGE / "page.css"])
 
 
 def viewer_script() -> str:

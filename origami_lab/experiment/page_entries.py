@@ -9,18 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from origami_lab.file_names import (
-    BEST,
-    CERTIFICATE,
-    CURVE,
-    FILM,
-    FOLDED_PNG,
-    PATTERN_PNG,
-    PATTERN_SVG,
-    POLISHED,
-    VIEWER,
-    trial_folder,
-)
+from origami_lab.file_names import BEST, CURVE, DESCRIBED, FOLDED_PNG, trial_folder
 from origami_lab.files import is_regular, read_json, regular_bytes
 from origami_lab.runs.trial_row import NO_DESIGN, TrialRow
 
@@ -47,19 +36,6 @@ SHOWN = {
     "seconds": "seconds",
 }
 """Columns of a trial's row that the page has, and what it calls them."""
-FILES = {
-    VIEWER: "turn and fold it",
-    FOLDED_PNG: "folded",
-    PATTERN_PNG: "crease pattern",
-    PATTERN_SVG: "pattern for Origami Simulator",
-    FILM: "motion",
-    BEST: "FOLD file",
-    CERTIFICATE: "certificate",
-    f"{POLISHED}.html": "polished, to turn and fold",
-    f"{POLISHED}.png": "polished, folded",
-    f"{POLISHED}.fold": "polished, FOLD file",
-}
-"""Files of a trial that the page links to, and what they are."""
 
 
 def entry_of(run: Path, row: TrialRow, draws: bool) -> dict[str, Any]:
@@ -72,7 +48,7 @@ def entry_of(run: Path, row: TrialRow, draws: bool) -> dict[str, Any]:
     """
     folder = trial_folder(run, row.seed)
     designed = row.outcome != NO_DESIGN and not row.has_failed
-    there = [name for name in FILES if is_regular(folder / name)] if designed else []
+    there = [name for name in DESCRIBED if is_regular(folder / name)] if designed else []
     found: dict[str, Any] = {
         "seed": row.seed,
         "status": row.outcome,

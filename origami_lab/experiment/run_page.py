@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Any
 from origami_lab.config.node import Node
 from origami_lab.config.seeds import parse_seeds
 from origami_lab.config.settings import task_name
-from origami_lab.experiment.page_entries import FILES, SHOWN, entry_of, thinned
+from origami_lab.experiment.page_entries import SHOWN, entry_of, thinned
 from origami_lab.experiment.trial_progress import Polishing, Progress
-from origami_lab.file_names import CONFIG, PAGE, SUMMARY, TRIALS
+from origami_lab.file_names import CONFIG, DESCRIBED, PAGE, SUMMARY, TRIALS
 from origami_lab.runs.run_folder import RunFolder, read_summary
 from origami_lab.runs.trial_row import NO_DESIGN, STOPPED, TrialRow
 from origami_lab.text import command_text
@@ -113,7 +113,7 @@ class RunPage:
         self._tally, self._to_add = Tally(), list[TrialRow]()
         self._page: PageFolder | None = None
         self._written = time.monotonic()
-        self._began = self._tried = False
+        self._tried = False
 
     def begin(self, rows: Iterable[TrialRow]) -> None:
         """Take in the trials of an earlier part of the run."""
@@ -144,10 +144,10 @@ class RunPage:
     def _opened(self) -> PageFolder:
         from origami_lab.pages import PageFolder
 
-        if self._page is None or not self._began:
-            self._page = PageFolder(self.folder.path)
-            self._page.begin(run_page_text(self.config, self.folder.path, self.command))
-            self._began = True
+        if self._page is None:
+            page = PageFolder(self.folder.path)
+            page.begin(run_page_text(self.config, self.folder.path, self.command))
+            self._page = page
             around = write_page_around(self.folder.path)
             if self.opens:
                 open_page(around or self.folder.path / PAGE)
@@ -194,7 +194,7 @@ def run_page_text(config: Node, folder: Path, command: str) -> str:
             "folder": command_text([str(folder)]),
         },
         "columns": SHOWN,
-        "files": FILES,
+        "files": DESCRIBED,
         "settings": _settings_in_words(config),
     }
     return page_text(

@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 NARROW = 72
 """A terminal of fewer columns cannot show all that a trial has to tell."""
 
+ROUNDING = 1e-9
+"""Cells, millimetres, percent: less is 0, up to rounding."""
+
 
 def summary_table(rows: Sequence[TrialRow], title: str | None = None, width: int = 80) -> Table:
     """The trials and their mean ± std, for a terminal of 80 columns; a narrow one gets what matters most."""
@@ -215,7 +218,8 @@ def _footer(spread: Spread | None) -> str:
 
 
 def _short(value: float | None) -> str:
-    return "–" if value is None or not math.isfinite(value) else f"{value:.3g}"
+    """Three digits, and 0 for what rounding leaves of it."""
+    return "–" if value is None or not math.isfinite(value) else f"{value if abs(value) > ROUNDING else 0.0:.3g}"
 
 
 def _number(value: Any, form: str) -> str:

@@ -1,4 +1,4 @@
 from .page_folder import PageFolder
-from .templates import page_text, script_json
+from .templates import COLOURS, PATTERN, page_text, script_json
 
-__all__ = ["PageFolder", "page_text", "script_json"]
+__all__ = ["COLOURS", "PATTERN", "PageFolder", "page_text", "script_json"]

@@ -11,6 +11,8 @@ from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined, se
 from markupsafe import Markup
 
 HERE = Path(__file__).parent
+COLOURS, PATTERN = HERE / "colours.css", HERE / "pattern.css"
+"""Of all pages, light and dark; and of crease patterns drawn on them."""
 STYLE = "base.css"
 PARTS = "page_parts.css", "page_parts.js"
 """The style and the script that pages share whose data is beside them."""
@@ -44,9 +46,9 @@ def page_text(
         keep_trailing_newline=True,
     )
     pages.filters |= {"script_json": lambda value: Markup(script_json(value)), **(filters or {})}
-    style, script = [HERE / STYLE, *styles], list(scripts)
+    style, script = [COLOURS, HERE / STYLE, *styles], list(scripts)
     if scripts:
-        style, script = [HERE / STYLE, HERE / PARTS[0], *styles], [HERE / PARTS[1], *scripts]
+        style, script = [COLOURS, HERE / STYLE, HERE / PARTS[0], *styles], [HERE / PARTS[1], *scripts]
     return pages.get_template(template).render(**values, style=_joined(style), script=_joined(script))
 
 

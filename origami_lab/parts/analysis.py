@@ -15,7 +15,7 @@ from origami_lab.parts.setup import PartLayout, PartSetup, curved_setup, flat_se
 from origami_lab.parts.shape_measures import Curvature, covered_share, curvature
 from origami_lab.parts.sharp_edges import sharpened
 from origami_lab.parts.surface import Array, PartSurface, read_surface
-from origami_lab.targets.mesh_reader import GLTF
+from origami_lab.targets.mesh_reader import unit_of
 from origami_lab.targets.mesh_target import MOST_FACES, rotation_matrix
 from origami_lab.targets.target import Target
 
@@ -159,7 +159,6 @@ def analyse_part(
 
 
 def _unit(surface: PartSurface, path: Path) -> str:
-    """Millimetres, unless it would be smaller than a fingernail."""
-    if path.suffix.lower().lstrip(".") in GLTF:
-        return "m"
-    return "mm" if float(np.ptp(surface.vertices, axis=0).max()) >= 3.0 else "m"
+    """That of its kind; or metres, where it would be smaller than a fingernail in millimetres."""
+    unit = unit_of(path)
+    return "m" if unit == "mm" and float(np.ptp(surface.vertices, axis=0).max()) < 3.0 else unit

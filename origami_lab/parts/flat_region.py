@@ -7,9 +7,8 @@ from collections import defaultdict
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
+from origami_lab.geometry.graph import connected_pieces
 from origami_lab.parts.surface import Array, Indices, PartSurface
 
 PLANE = 1e-6
@@ -112,7 +111,6 @@ def flat_tolerance(surface: PartSurface) -> float:
 def planes_of(surface: PartSurface, tolerance: float) -> Indices:
     """(F,) which faces are flat together."""
     pairs, at = surface.neighbours
-    count = len(surface.faces)
     longest = np.linalg.norm(surface.corners - np.roll(surface.corners, -1, axis=1), axis=2).max(axis=1)
     is_sliver = 2.0 * surface.areas <= 10.0 * tolerance * longest
     normals = surface.area_vectors / np.maximum(surface.areas, 1e-300)[:, None]
@@ -125,9 +123,7 @@ def planes_of(surface: PartSurface, tolerance: float) -> Indices:
         flat &= is_sliver[pairs[:, own]] | (np.abs(height) <= tolerance)
     turned = np.einsum("pk,pk->p", normals[pairs[:, 0]], normals[pairs[:, 1]]) < 0.0
     flat &= ~turned | is_sliver[pairs].any(axis=1)
-    joined = pairs[flat]
-    graph = coo_array((np.ones(len(joined), dtype=bool), (joined[:, 0], joined[:, 1])), shape=(count, count))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+    return connected_pieces(len(surface.faces), pairs[flat])
 
 
 def _beside(surface: PartSurface, regions: Indices) -> dict[tuple[int, int], list[int]]:

@@ -12,18 +12,18 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from origami_lab.geometry.graph import connected_pieces
 from origami_lab.parts.flat_region import FlatRegion, flat_regions, flat_tolerance, planes_of
 from origami_lab.parts.frame import is_flat_faced
 from origami_lab.parts.surface import Array, Indices, PartSurface, surface_of
 
 Mask = NDArray[np.bool_]
 
-PANEL_SHARE = 0.04
-"""Of the area: a flat region at least as large is a panel; what is smaller may be part of a rounding."""
+PANEL_SHARES = (0.04, 0.08)
+"""Of the area: a flat region at least as large is a panel; what is smaller may be part of a rounding. The second where
+that leaves roundings, which are of few, wide facets then."""
 MOST_MOVED = 0.1
 """Of the part's size: a rounding that reaches further is a curved part."""
 PARALLEL = 1e-2
@@ -45,7 +45,12 @@ def sharpened(surface: PartSurface) -> SharpPart | None:
     """A part of flat panels with sharp edges in place of roundings; None if that is not what it is."""
     labels = planes_of(surface, flat_tolerance(surface))
     sizes = np.bincount(labels, surface.areas)
-    is_panel = (sizes >= PANEL_SHARE * surface.area)[labels]
+    attempts = (_drawn_in(surface, labels, (sizes >= share * surface.area)[labels]) for share in PANEL_SHARES)
+    return next((found for found in attempts if found is not None), None)
+
+
+def _drawn_in(surface: PartSurface, labels: Indices, is_panel: Mask) -> SharpPart | None:
+    """The part without what is no panel; None if its panels do not meet then."""
     if is_panel.all() or not is_panel.any():
         return None
     planes = _planes_at(surface, labels, is_panel)
@@ -69,10 +74,7 @@ def sharpened(surface: PartSurface) -> SharpPart | None:
 def _planes_at(surface: PartSurface, labels: Indices, is_panel: Mask) -> dict[int, tuple[Array, Array]]:
     """The planes, normals (k, 3) and offsets (k,), that each vertex of a rounding is to lie in: two or more."""
     pairs, _ = surface.neighbours
-    count = len(surface.faces)
-    joined = pairs[~is_panel[pairs].any(axis=1)]
-    graph = coo_array((np.ones(len(joined), dtype=bool), (joined[:, 0], joined[:, 1])), shape=(count, count))
-    piece = connected_components(graph, directed=False)[1]
+    piece = connected_pieces(len(surface.faces), pairs[~is_panel[pairs].any(axis=1)])
     beside: dict[int, set[int]] = defaultdict(set)
     for a, b in pairs[is_panel[pairs].sum(axis=1) == 1]:
         panel, other = (a, b) if is_panel[a] else (b, a)

@@ -17,6 +17,7 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components
 from scipy.spatial import cKDTree
 
 from origami_lab.errors import InputError
+from origami_lab.geometry.graph import connected_pieces
 from origami_lab.targets.mesh_reader import read_mesh, used
 from origami_lab.targets.skins import SKINS, find_walls, no_walls
 
@@ -174,7 +175,7 @@ def surface_of(vertices: Array, faces: Indices, precision: float, name: object =
     vertices = vertices - (middle := 0.5 * (low + vertices.max(axis=0)))  # far from the origin digits are lost
     precision = max(precision, LEAST_PRECISION * extent)
     pairs = cKDTree(vertices).query_pairs(2.0 * precision, output_type="ndarray")
-    label = _labels(len(vertices), pairs.astype(np.int64))
+    label = connected_pieces(len(vertices), pairs.astype(np.int64))
     _, first, index = np.unique(label, return_index=True, return_inverse=True)
     vertices, faces = vertices[first], index.reshape(-1)[faces].astype(np.int64)
     distinct = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
@@ -233,13 +234,8 @@ def _double_areas(vertices: Array, faces: Indices) -> Array:
     return np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1))
 
 
-def _labels(count: int, pairs: Indices) -> Indices:
-    graph = coo_array((np.ones(len(pairs), dtype=bool), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
-
-
 def _count(count: int, pairs: Indices) -> int:
-    return int(_labels(count, pairs).max()) + 1
+    return int(connected_pieces(count, pairs).max()) + 1
 
 
 def length(vector: Array) -> float:

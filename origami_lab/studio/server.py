@@ -11,7 +11,7 @@ import hmac
 import logging
 import secrets
 import socket
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
@@ -26,6 +26,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from origami_lab.errors import InputError
+from origami_lab.pages import COLOURS, PATTERN
 from origami_lab.studio.design_board import DesignBoard
 from origami_lab.studio.messages import LARGEST_REQUEST, Message
 from origami_lab.studio.opening import Opened, open_settings
@@ -40,8 +41,12 @@ MOST_WAITING = 64
 TOO_MANY, GONE = 4008, 4009
 """Codes that a web socket is closed with: all tabs are taken; the page takes no messages."""
 PAGE = Path(__file__).with_name("page")
-FILES = {"": "text/html", "studio.js": "text/javascript", "studio.css": "text/css"}
-"""The files of the page by their names below the token, and what they are."""
+FILES = {
+    "": ("text/html", (PAGE / "index.html",)),
+    "studio.js": ("text/javascript", (PAGE / "studio.js",)),
+    "studio.css": ("text/css", (COLOURS, PATTERN, PAGE / "studio.css")),
+}
+"""By their names below the token: what the files of the page are, and what they are put together from."""
 HEADERS = {
     "Content-Security-Policy": (
         "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data: blob:;"
@@ -78,7 +83,7 @@ class StudioServer:
         self._given: set[Path] = set()
         routes = [
             WebSocketRoute("/{token}/session", self._session),
-            *(Route(f"/{{token}}/{name}", self._file(name, kind)) for name, kind in FILES.items()),
+            *(Route(f"/{{token}}/{name}", self._file(kind, sources)) for name, (kind, sources) in FILES.items()),
         ]
         self.app: ASGIApp = _Guarded(Starlette(routes=routes), self)
 
@@ -118,9 +123,9 @@ class StudioServer:
                 return path
         raise InputError("output", self.output, "holds ten thousand designs already")
 
-    def _file(self, name: str, kind: str) -> Callable[[Any], Awaitable[Response]]:
+    def _file(self, kind: str, sources: Sequence[Path]) -> Callable[[Any], Awaitable[Response]]:
         async def answer(request: Any) -> Response:
-            content = (PAGE / (name or "index.html")).read_bytes()
+            content = b"\n".join(source.read_bytes() for source in sources)
             return Response(content, media_type=kind, headers=HEADERS)
 
         return answer

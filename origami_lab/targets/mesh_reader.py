@@ -49,14 +49,26 @@ def axis_up(path: str | Path) -> Literal["y", "z"]:
     return "y" if Path(path).suffix.lower().lstrip(".") in GLTF else "z"
 
 
-def millimetres_per_unit(path: str | Path, unit: str | None = None) -> float:
-    """A unit of a file in millimetres: as it is known (``mm``, ``cm``, ``m``, ``in``), else as its kind says.
+def unit_of(path: str | Path, unit: str | None = None) -> str:
+    """The unit of a file: the one that is said (``mm``, ``cm``, ``m``, ``in``), else that of its kind.
 
-    By glTF's standard that is a metre; other kinds do not say, so it is one millimetre.
+    By glTF's standard that is a metre; other kinds do not say, so it is a millimetre.
+
+    Raises
+    ------
+    InputError
+        If there is no such unit.
     """
-    if unit is not None:
-        return MILLIMETRES[unit]
-    return 1000.0 if Path(path).suffix.lower().lstrip(".") in GLTF else 1.0
+    if unit is None:
+        return "m" if Path(path).suffix.lower().lstrip(".") in GLTF else "mm"
+    if unit not in MILLIMETRES:
+        raise InputError("target.unit", unit, f"must be auto, {', '.join(MILLIMETRES)} or null")
+    return unit
+
+
+def millimetres_per_unit(path: str | Path, unit: str | None = None) -> float:
+    """A unit of a file, as of :func:`unit_of`, in millimetres."""
+    return MILLIMETRES[unit_of(path, unit)]
 
 
 def read_mesh(path: Path, max_faces: int, as_first: bool = False) -> tuple[Array, Indices, float]:

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from origami_lab.errors import InputError
-from origami_lab.lengths import MILLIMETRES, millimetres
+from origami_lab.lengths import millimetres
 from origami_lab.targets.mesh_reader import Array, Indices, axis_up, millimetres_per_unit, read_mesh, used
 from origami_lab.targets.skins import SKINS, Skin, skin_of
 from origami_lab.targets.target import Target
@@ -52,10 +52,9 @@ def mesh(
     length = None if cell is None else millimetres(cell)
     if cell is not None and length is None:
         raise InputError("target.cell", cell, "must be a length above 0, like 5mm")
-    if unit is not None and unit not in MILLIMETRES:
-        raise InputError("target.unit", unit, f"must be auto, {', '.join(MILLIMETRES)} or null")
+    per_unit = millimetres_per_unit(path, unit)
     if length is not None and fit is None and _is_number(scale):
-        scale = scale * millimetres_per_unit(path, unit) / length
+        scale = scale * per_unit / length
     try:
         vertices, faces, is_closed, units, uncertainty = load_mesh(
             *(path, scale, rotate, translate, fit, align_z, closed, board_size, max_faces, up),

@@ -14,11 +14,10 @@ from typing import Literal
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from origami_lab.errors import InputError
+from origami_lab.geometry.graph import connected_pieces
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -160,13 +159,13 @@ def _have_other_side(
 
 def _planes(solid: trimesh.Trimesh) -> Indices:
     """(F,) the plane of each face: neighbours that go on straight have one."""
-    return _pieces(len(solid.faces), solid.face_adjacency[solid.face_adjacency_angles < ALIKE])
+    return connected_pieces(len(solid.faces), solid.face_adjacency[solid.face_adjacency_angles < ALIKE])
 
 
 def _two_skins(solid: trimesh.Trimesh, within: Mask, areas: Array, thickness: float) -> Walls | None:
     """The two pieces into which the rims part the walls' sides."""
     pairs = solid.face_adjacency
-    piece = _pieces(len(areas), pairs[within[pairs].all(axis=1)])
+    piece = connected_pieces(len(areas), pairs[within[pairs].all(axis=1)])
     sizes = np.bincount(piece, weights=areas * within)
     first, second = np.argsort(-sizes, kind="stable")[:2] if len(sizes) > 1 else (0, 0)
     if first == second or sizes[second] < LEAST_SKIN * areas.sum():
@@ -197,9 +196,3 @@ def _to_its_rim(solid: trimesh.Trimesh, skin: Mask, within: Mask) -> Mask:
             return seed >= 0
         order = np.lexsort([seed[come[fits]], go[fits]])[::-1]  # the lowest seed counts
         seed[go[fits][order]] = seed[come[fits][order]]
-
-
-def _pieces(count: int, pairs: Indices) -> Indices:
-    """(count,) a label for each connected piece."""
-    graph = coo_array((np.ones(len(pairs), dtype=bool), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 from urllib.parse import quote
 
-from origami_lab.file_names import FOLDED_PNG, PATTERN_PNG, POLISHED, VIEWER
+from origami_lab.file_names import DESCRIBED, FOLDED_PNG, PATTERN_PNG, POLISHED, VIEWER
 from origami_lab.runs.trial_row import Spread, TrialRow
 from origami_lab.tracking.shown_view import address
 
@@ -19,14 +19,8 @@ SAID_ALREADY = (
     *("verbosity", "open", "tracking", "trust"),
 )
 """Settings that do not tell a run from others of its task and searcher."""
-LINKED = {
-    FOLDED_PNG: "folded",
-    VIEWER: "turn and fold it",
-    PATTERN_PNG: "crease pattern",
-    f"{POLISHED}.png": "polished, folded",
-    f"{POLISHED}.html": "polished, to turn and fold",
-}
-"""Files that descriptions link to, and what they are."""
+LINKED = (FOLDED_PNG, VIEWER, PATTERN_PNG, f"{POLISHED}.png", f"{POLISHED}.html")
+"""Files that descriptions link to."""
 
 
 def run_name(task: str, method: str, command: str, seeds: int) -> str:
@@ -136,7 +130,7 @@ class Artifacts:
         """The picture of a design, and links to what shows it, as far as they are there."""
         there = [name for name in LINKED if name in set(files)]
         picture = next((name for name in (f"{POLISHED}.png", FOLDED_PNG) if name in there), None)
-        links = [f"[{LINKED[name]}]({self.page(folder + name)})" for name in there]
+        links = [f"[{DESCRIBED[name]}]({self.page(folder + name)})" for name in there]
         shown = [f"![the design, folded]({self.file(folder + picture)})"] if picture else []
         return [*shown, *([" · ".join(links)] if links else [])]
 

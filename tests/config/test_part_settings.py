@@ -162,6 +162,14 @@ def test_a_cell_gives_a_part_its_true_size_in_any_unit(
     assert millimetres_per_cell(free, as_file) == pytest.approx(10.0, rel=1e-5)
 
 
+def test_a_solid_that_is_said_to_be_one_is_taken_whole(tmp_path: Path) -> None:
+    (file := tmp_path / "lid.stl").write_bytes(shapes.stl(shapes.thick_lid()))
+    for words, skin in (((), "outer"), (("target.skin=inner",), "inner"), (("target.closed=true",), None)):
+        found, target = laid(file, *words)
+        assert found.config["target"]["skin"] == skin
+        assert target.closed == (skin is None)
+
+
 def test_a_unit_that_there_is_not_is_refused(bracket: Path) -> None:
     for words in ([], ["target.fit=board"], ["cell=5mm"]):
         with pytest.raises(InputError, match=r"^target\.unit=foot: must be auto, mm, cm, m, in or null"):

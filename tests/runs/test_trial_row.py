@@ -208,6 +208,8 @@ def test_where_vertices_flatter_a_design_is_said() -> None:
     assert worse.startswith("seed 1, 5: by surface the design is further from the target")
     assert surface_line(rows[:1]) is None
     assert figure_lines([row(0, 3.0), row(2, 4.0)]) == ["best (seed 2): return 4.0000"]  # no target
+    [met] = figure_lines([row(0, -7.8e-17, chamfer=2.7e-17, likeness=1.0)])
+    assert met.startswith("best: 0 cells from the target; on average 0 cells")  # but for rounding
     assert figure_lines([row(0, -9.0, "no design")]) == []
 
 
