@@ -113,7 +113,7 @@ def _no_command(word: str) -> InputError:
     """The error for a bare word, with the command or setting that it may have been meant for."""
     from origami_lab.config.option_files import groups
 
-    expected = f"must be {' or '.join(COMMANDS)}, a config.yaml, or settings like target=bowl"
+    expected = f"must be {' or '.join(sorted(COMMANDS))}, a config.yaml, or settings like target=bowl"
     if Path(word).suffix.lower() in (".stl", ".obj", ".ply", ".off", ".glb", ".gltf"):
         return InputError("command", word, f"a mesh file is given as target=mesh target.path={word}")
     if word == "help":
