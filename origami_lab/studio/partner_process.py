@@ -95,7 +95,7 @@ class PartnerProcess:
             self._worker = None
             if order is not None:
                 self.order = None
-                self._hear(order, heard.what if heard is not None else Done(error="the partner's process died"))
+                self._hear(order, heard.what if heard is not None else Done(error="its process died"))
             return
         if order is None or heard.number != order.number:
             return

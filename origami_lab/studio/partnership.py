@@ -137,7 +137,7 @@ class Partnership:
             raise Refused("there is nothing to measure yet: the design has no return")
         node = None
         if task in SEARCHES:
-            node = read_options("search").get(request.searcher, {}).get("search")
+            node = read_options("search", self.opened.own).get(request.searcher, {}).get("search")
             if node is None:
                 raise Refused("there is no such searcher")
             self.offers = []

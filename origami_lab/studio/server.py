@@ -72,10 +72,12 @@ class StudioServer:
         first one is saved.
     port
         Of the server, for the names that it goes by.
+    own
+        A folder with options of the user's own.
     """
 
-    def __init__(self, opened: Opened | None, output: Path | None, port: int) -> None:
-        self.opened = opened
+    def __init__(self, opened: Opened | None, output: Path | None, port: int, own: Path | None = None) -> None:
+        self.opened, self.own = opened, own
         self.output = output or Path("results") / "studio" / datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
         self.token = secrets.token_urlsafe(24)
         self.hosts = {f"{name}:{port}" for name in (HOST, "localhost")}
@@ -141,7 +143,7 @@ class StudioServer:
             await ws.close(TOO_MANY)
             return
         told: asyncio.Queue[Message | None] = asyncio.Queue()
-        session = Session(self.opened, self.folder, self.loading, told.put_nowait)
+        session = Session(self.opened, self.folder, self.loading, told.put_nowait, self.own)
         self.sessions.add(session)
         writes = asyncio.create_task(_write(ws, told))
         try:

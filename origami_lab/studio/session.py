@@ -66,10 +66,19 @@ class Session:
         Of what all tabs need.
     send
         Takes messages for the page.
+    own
+        A folder with options of the user's own, for the gallery.
     """
 
-    def __init__(self, opened: Opened | None, folder: Callable[[str], Path], loading: Loading, send: Send) -> None:
-        self.opened, self.folder, self.loading, self.send = opened, folder, loading, send
+    def __init__(
+        self,
+        opened: Opened | None,
+        folder: Callable[[str], Path],
+        loading: Loading,
+        send: Send,
+        own: Path | None = None,
+    ) -> None:
+        self.opened, self.folder, self.loading, self.send, self.own = opened, folder, loading, send, own
         self.scoring: ScoreProcess | None = None
         """Of a user's own objective."""
         self.board: DesignBoard | None = None
@@ -82,7 +91,7 @@ class Session:
 
     async def begin(self) -> None:
         """Say what there is, and open it."""
-        self.send(TellWelcome(tasks=tasks(), starts=list(STARTS), opens=self.opened is not None))
+        self.send(TellWelcome(tasks=tasks(self.own), starts=list(STARTS), opens=self.opened is not None))
         if self.opened is not None:
             try:
                 await self._open(self.opened)
@@ -124,10 +133,10 @@ class Session:
     # --- opening -----------------------------------------------------------------------------------------------------
 
     async def _begin(self, request: AskOpen) -> None:
-        settings = settings_of(request.task, request.start)
+        settings = settings_of(request.task, request.start, self.own)
         if settings is None:
             raise Refused("there is no such task in the gallery")
-        await self._open(await asyncio.to_thread(open_settings, settings))
+        await self._open(await asyncio.to_thread(open_settings, settings, self.own))
 
     async def _open(self, opened: Opened) -> None:
         await self.loading.wait(opened, lambda says: self.send(TellOpening(says=says)))
@@ -234,6 +243,7 @@ def _lost(moves: int, what: str) -> str:
 
 def _told_of(opened: Opened, board: DesignBoard) -> TellOpened:
     settings, game, target = opened.settings, opened.game, opened.target
+    searchers = set(read_options("search", opened.own)) - NO_SEARCHERS
     surface = None if target is None else TargetSurface(target.vertices, target.faces)
     shown = surface is not None and len(surface.faces) <= LARGEST_TARGET
     rules = {
@@ -252,8 +262,8 @@ def _told_of(opened: Opened, board: DesignBoard) -> TellOpened:
         matrices=[matrix.ravel().tolist() for matrix in game.symmetry.matrices],
         angles=[math.degrees(angle) for angle in game.angles],
         first_angle=game.first_angle,
-        rules=[f"{name} {value}" for name, value in rules.items() if value is not None],
-        searchers=sorted(set(read_options("search")) - NO_SEARCHERS, key=lambda name: (name != "lns", name)),
+        rules=[*settings.part_lines, *(f"{name} {value}" for name, value in rules.items() if value is not None)],
+        searchers=sorted(searchers, key=lambda name: (name != "lns", name)),
         formats=[name for name in FORMATS if name not in SLOW_FORMATS],
         distance=is_distance(opened.objective),
         cell_mm=millimetres_per_cell(settings, target),

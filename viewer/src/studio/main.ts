@@ -147,6 +147,7 @@ function open(told: TellOpened): void {
 
 function show(told: TellBoard): void {
   const changed = told.revision !== state?.revision || state === null;
+  const isFirst = state === null;
   if (told.phase !== state?.phase && (told.phase === "start" || (state?.phase ?? "start") === "start")) {
     turn(told.phase === "start" ? 1 : -1); // what most designs begin with
   }
@@ -189,7 +190,7 @@ function show(told: TellBoard): void {
   get<HTMLButtonElement>("back").disabled = !told.selected;
   get("save").textContent = told.unsaved ? "Save •" : "Save";
   if (told.note) say(told.note);
-  else if (changed) say("");
+  else if (changed && !isFirst) say("");
   guide();
   connection.point(board?.cursor ?? null);
 }
