@@ -22,6 +22,8 @@ CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", 
 FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic"]
 SECONDS = 60.0
 """How long anything may take on a busy machine."""
+PARTNER_SECONDS = 300.0
+"""The same for the first order to a partner, which on a new installation compiles."""
 HARMLESS = ("GL Driver Message", "GPU stall")
 """Remarks of the software renderer."""
 
@@ -31,6 +33,7 @@ class Server:
 
     def __init__(self, process: subprocess.Popen[str], address: str, log: Path) -> None:
         self.process, self.address, self._log = process, address, log
+        self.folder = log.parent
         self.port = int(re.findall(r":(\d+)/", address)[0])
         self.token = address.rstrip("/").rpartition("/")[2]
 
