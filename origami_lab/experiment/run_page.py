@@ -183,6 +183,7 @@ class RunPage:
 def run_page_text(config: Node, folder: Path, command: str) -> str:
     """The page itself: all but its data."""
     from origami_lab.pages import page_text
+    from origami_lab.tracking.tracker import commands_to_look
 
     budget = config.get("budget")
     own = ["origami-lab", str(folder / CONFIG), f"output={folder}", "resume=true"]
@@ -197,6 +198,7 @@ def run_page_text(config: Node, folder: Path, command: str) -> str:
             "go_on": command_text(own),
             "longer": command_text(longer),
             "folder": command_text([str(folder)]),
+            "look": commands_to_look(config.get("tracking") or {}, folder),
         },
         "columns": SHOWN,
         "files": DESCRIBED,
