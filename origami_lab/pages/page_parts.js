@@ -85,10 +85,10 @@ function stepChart(series, end, name) {
     parts.push(draw("line", { x1: x(10 ** power), x2: x(10 ** power), y1: 10, y2: height - bottom, class: "grid" }));
     parts.push(draw("text", { x: x(10 ** power), y: height - bottom + 18, "text-anchor": "middle" }, number(10 ** power, 0)));
   }
-  for (const { points, label, best } of [...shown].sort((a, b) => Number(a.best) - Number(b.best))) {
+  for (const { points, label, best, colour } of [...shown].sort((a, b) => Number(a.best) - Number(b.best))) {
     let path = `M${x(points[0][0]).toFixed(1)} ${y(points[0][1]).toFixed(1)}`;
     for (const [at, value] of points.slice(1)) path += `H${x(at).toFixed(1)}V${y(value).toFixed(1)}`;
-    parts.push(draw("path", { d: path, class: best ? "curve best" : "curve" }, draw("title", {}, label)));
+    parts.push(draw("path", { d: path, class: ["curve", best && "best", colour].filter(Boolean).join(" ") }, draw("title", {}, label)));
   }
   return draw("svg", { viewBox: `0 0 ${width} ${height}`, class: "chart", role: "img", "aria-label": name }, ...parts);
 }
