@@ -97,7 +97,10 @@ def design(page: Page, film: Film) -> None:
     for part in (0, 0.2, 0.4, 0.6, 0.8, 1):
         tab.evaluate(f"slider.value = {part * most}; slider.dispatchEvent(new Event('input'))")
         tab.wait_for_timeout(120)
-        film.shoot(0.18 if part < 1 else 2.5)
+        film.shoot(0.18 if part < 1 else 1.2)
+    tab.click("#best")
+    tab.wait_for_timeout(200)
+    film.shoot(2.5)
 
 
 def main() -> None:

@@ -13,7 +13,7 @@ import pytest
 
 from origami_lab.cli import main
 from tests.known_designs.game_moves import cube, pyramid
-from tests.studio.driving import CHROMIUM, PARTNER_SECONDS, Page, Server, browser_page, studio, wait_for
+from tests.studio.driving import CHROMIUM, FIRST_SECONDS, Page, Server, browser_page, studio, wait_for
 from tests.studio.random_clicks import random_clicks
 
 pytest.importorskip("starlette", reason="needs the extra studio")
@@ -122,7 +122,7 @@ def test_the_slider_folds_the_sheet_and_the_page_is_usable_by_touch(browser: Any
     assert page.value() == -1.0002
     tab.select_option("#budget", "20000")
     tab.tap("[data-task=suggest]")
-    wait_for(lambda: tab.locator("#proposals button").count() > 0, PARTNER_SECONDS)
+    wait_for(lambda: tab.locator("#proposals button").count() > 0, FIRST_SECONDS)
     tab.tap("#proposals li:last-child button")
     with page.answered():
         tab.tap("#take")
@@ -148,7 +148,7 @@ def designed(browser: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
         page.click((2, 2))
         tab.select_option("#budget", "5000000")
         tab.click("[data-task=improve]")
-        wait_for(lambda: "improve: return" in page.text("besideTitle"), PARTNER_SECONDS)
+        wait_for(lambda: "improve: return" in page.text("besideTitle"), FIRST_SECONDS)
         first = page.value()
         page.point((-3, 3))  # the page answers meanwhile
         tab.click("#stop")

@@ -12,7 +12,7 @@ import pytest
 from origami_lab.cli import main
 from origami_lab.game import Extend
 from tests.known_designs.game_moves import cube, pyramid
-from tests.studio.driving import CHROMIUM, PARTNER_SECONDS, Page, Server, browser_page, wait_for
+from tests.studio.driving import CHROMIUM, FIRST_SECONDS, Page, Server, browser_page, wait_for
 
 pytest.importorskip("starlette", reason="needs the extra studio")
 pytest.importorskip("playwright.sync_api")
@@ -30,8 +30,8 @@ def ask(page: Page, task: str) -> None:
     page.tab.select_option("#budget", "20000")
     before = page.text("working")
     page.tab.click(f"[data-task={task}], #{task}")
-    wait_for(lambda: page.text("working") != before, PARTNER_SECONDS)
-    wait_for(lambda: page.tab.is_hidden("#stop"), PARTNER_SECONDS)
+    wait_for(lambda: page.text("working") != before, FIRST_SECONDS)
+    wait_for(lambda: page.tab.is_hidden("#stop"), FIRST_SECONDS)
 
 
 def ghosts(page: Page) -> int:
@@ -149,7 +149,7 @@ def test_polish_simplify_and_export_write_beside_and_the_board_stays(page: Page,
     page.play(pyramid()[1][:-1])
     before = page.value(), page.state()["revision"], page.state()["undo"]
     page.tab.click("[data-task=polish]")
-    wait_for(lambda: "polished.fold" in page.text("working"), PARTNER_SECONDS)
+    wait_for(lambda: "polished.fold" in page.text("working"), FIRST_SECONDS)
     [run] = [path for path in Path(gallery.folder / "out").iterdir() if path.name.startswith("pyramid")]
     ask(page, "simplify")
     assert "simplified.fold" in page.text("working")
