@@ -50,6 +50,8 @@ from origami_lab.workers.worker_process import reason_of
 Send = Callable[[Message], None]
 NO_SEARCHERS = {"ppo"}
 """Those that learn for hours: no partners."""
+PAGE_SECONDS = 1.0
+"""For which the page has the machine to itself, before a partner's process loads what it needs."""
 SLOW_FORMATS = {"mp4"}
 
 
@@ -152,7 +154,12 @@ class Session:
         self._saved = self.board.actions
         self.send(_told_of(opened, self.board))
         self._tell_board()
-        self.partnership.ready()
+        self._later(self._ready(self.partnership))
+
+    async def _ready(self, partnership: Partnership) -> None:
+        await asyncio.sleep(PAGE_SECONDS)
+        if partnership is self.partnership:
+            partnership.ready()
 
     # --- answers -----------------------------------------------------------------------------------------------------
 
