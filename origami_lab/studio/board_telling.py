@@ -271,8 +271,8 @@ def _creases_of(game: Game, actions: Sequence[int]) -> set[tuple[int, ...]]:
 def spoken(move: Move) -> str:
     """A move in a few words."""
     if isinstance(move, Extend):
-        says = f"extend ({move.leaf[0]}, {move.leaf[1]}) to ({move.c[0]}, {move.c[1]})"
-        return f"{says}, {FOLDS[move.mode]}".replace("-", "−")
+        leaf, *children = (f"({x}, {y})".replace("-", "−") for x, y in (move.leaf, move.a, move.c, move.b))
+        return f"extend {leaf} to {', '.join(children)}, {FOLDS[move.mode]}"
     if isinstance(move, Source):
         return f"driven crease at ({move.leaf[0]}, {move.leaf[1]}), {FOLDS[move.sign]}".replace("-", "−")
     return "start pattern" if isinstance(move, Place) else move.kind
