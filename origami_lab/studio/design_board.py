@@ -31,9 +31,9 @@ from origami_lab.game.kernels.state import (
 )
 from origami_lab.game.legality import Reason, reaches, why_no_further, why_not_leaf, why_not_place
 from origami_lab.game.moves import Move, Point, Terminate
-from origami_lab.objectives.objective import Evaluator, Score, bind
+from origami_lab.objectives.objective import Score
+from origami_lab.studio.design_scores import DesignScores
 from origami_lab.studio.legal_starts import Segment, free_segments, point_of, start_outlines
-from origami_lab.workers.guarded_objective import is_ours
 
 MOST_TRIED = 150
 """Places that are tried for whether another crease finds a place."""
@@ -53,16 +53,6 @@ class Step:
     what: str
 
 
-def score_of(evaluator: Evaluator, states: States) -> Score | None:
-    """The return of a state, and the index of its driving angle; None where it has none."""
-    if not int(states["n_vertices"][0]):
-        return None
-    memos = evaluator.new_memos(1)
-    evaluator.clear(memos, 0)
-    score = evaluator.score(states, memos, 0)
-    return score if score.angle >= 0 and math.isfinite(score.value) else None
-
-
 class DesignBoard:
     """A game with its timeline.
 
@@ -72,15 +62,11 @@ class DesignBoard:
         What is played, and what designs are worth.
     actions
         Where to begin; by default where episodes do.
-
-    A user's own objective is not asked here, where all tabs would wait for it: what a process of its own says is told
-    to :meth:`learn`.
     """
 
     def __init__(self, game: Game, objective: Any, actions: Sequence[int] | None = None) -> None:
         self.game, self.objective = game, objective
-        self._evaluator = bind(objective, game) if is_ours(objective) else None
-        self._learnt: dict[tuple[int, ...], Score | None] = {}
+        self.scores = DesignScores(objective, game)
         self.steps = [Step(game.start_actions, "start")]
         self.at = 0
         self.states = game.new_states(1)
@@ -125,17 +111,11 @@ class DesignBoard:
     @property
     def is_scored(self) -> bool:
         """Whether :meth:`score` knows the return of the design: a user's objective takes its time."""
-        return self._evaluator is not None or not self.steps[self.at].actions or self.actions in self._learnt
-
-    def learn(self, actions: tuple[int, ...], score: Score | None) -> None:
-        """Take what a user's objective says of a design; None if it has said nothing."""
-        self._learnt[actions] = score
+        return self.scores.knows(self.actions)
 
     def score(self) -> Score | None:
         """The return of the design as it stands, and the index of its driving angle; None where it has none."""
-        if self._evaluator is None:
-            return self._learnt.get(self.actions)
-        return score_of(self._evaluator, self._settled())
+        return self.scores.of(self.actions, self._settled())
 
     def playable(self, point: Point) -> Point:
         """The image of a board point that lies in the playable area."""

@@ -17,9 +17,9 @@ from origami_lab.game.game import Game
 from origami_lab.game.moves import Move, Point
 from origami_lab.objectives.objective import bind
 from origami_lab.runs.run_folder import FolderError
-from origami_lab.studio.design_board import score_of
 from origami_lab.studio.design_figures import measure_design
 from origami_lab.studio.design_saving import SEED, ToSave, save_design
+from origami_lab.studio.design_scores import score_of
 from origami_lab.studio.partner_search import FoundDesign, Partner, SearchProgress
 from origami_lab.workers.call_limit import Calls
 from origami_lab.workers.guarded_objective import is_ours, watched

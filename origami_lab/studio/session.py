@@ -201,7 +201,7 @@ class Session:
     def _learn(self, actions: tuple[int, ...], score: Score | None, error: str) -> None:
         """A user's objective has said what a design is worth, or why it does not."""
         if self.board is not None:
-            self.board.learn(actions, score)
+            self.board.scores.learn(actions, score)
             if actions == self.board.actions:
                 self._tell_board(f"no return: {error}" if error else None)
 
