@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from origami_lab.game.kernels.collisions import place_corner
 from origami_lab.game.kernels.state import Record, has_image, image_code
-from origami_lab.geometry.bvh import Bvh, triangle_squared
-from origami_lab.jit import kernel
+from origami_lab.geometry.bvh import Bvh
+from origami_lab.geometry.distance import point_triangle_squared
+from origami_lab.jit import bare, inlined
 
 Array = NDArray[np.float64]
 
@@ -44,65 +45,69 @@ def new_coverage(samples: Bvh) -> Coverage:
     return Coverage(samples, order, order.copy())
 
 
-@kernel
-def cover_triangle(coverage: Coverage, corners: Array, distance: float, uncovered: int) -> int:
-    """Cover all samples within ``distance`` of a triangle (3, 3); returns how many are uncovered now."""
+@inlined
+def covers(p: Array, x: float, y: float, z: float, squared: float) -> bool:
+    """Whether a point lies within a squared distance of the triangle p, (3, 3)."""
+    return bool(
+        point_triangle_squared(x, y, z, p[0, 0], p[0, 1], p[0, 2], p[1, 0], p[1, 1], p[1, 2], p[2, 0], p[2, 1], p[2, 2])
+        <= squared
+    )
+
+
+@bare
+def cover_triangle(coverage: Coverage, depth: int, corners: Array, distance: float, uncovered: int) -> int:
+    """Cover all samples within ``distance`` of a triangle (3, 3); returns how many are uncovered now.
+
+    ``depth`` is that of the tree's leaves. The tree is walked from right to left.
+    """
     boxes, points = coverage.samples.boxes, coverage.samples.triangles
     order, where = coverage.order, coverage.where
-    count = points.shape[0]
-    depth = 0
-    while (2 << depth) < boxes.shape[0]:
-        depth += 1
-    low, high = np.empty(3), np.empty(3)
-    for j in range(3):
-        low[j] = min(corners[0, j], corners[1, j], corners[2, j]) - distance
-        high[j] = max(corners[0, j], corners[1, j], corners[2, j]) + distance
-    triangle = corners.reshape(1, 3, 3)
+    count, p = points.shape[0], corners
+    low_x, high_x = min(p[0, 0], p[1, 0], p[2, 0]) - distance, max(p[0, 0], p[1, 0], p[2, 0]) + distance
+    low_y, high_y = min(p[0, 1], p[1, 1], p[2, 1]) - distance, max(p[0, 1], p[1, 1], p[2, 1]) + distance
+    low_z, high_z = min(p[0, 2], p[1, 2], p[2, 2]) - distance, max(p[0, 2], p[1, 2], p[2, 2]) + distance
     squared = distance * distance
-    stack, levels = np.empty(64, np.int64), np.empty(64, np.int64)
-    stack[0], levels[0] = 1, 0
-    size = 1
-    while size > 0:
-        size -= 1
-        node, level = stack[size], levels[size]
-        if (
-            boxes[node, 0] > high[0]
-            or boxes[node, 3] < low[0]
-            or boxes[node, 1] > high[1]
-            or boxes[node, 4] < low[1]
-            or boxes[node, 2] > high[2]
-            or boxes[node, 5] < low[2]
+    node, level = 1, 0
+    while True:
+        if not (
+            boxes[node, 0] > high_x
+            or boxes[node, 3] < low_x
+            or boxes[node, 1] > high_y
+            or boxes[node, 4] < low_y
+            or boxes[node, 2] > high_z
+            or boxes[node, 5] < low_z
         ):
-            continue
-        if level < depth:
-            stack[size], levels[size] = 2 * node, level + 1
-            stack[size + 1], levels[size + 1] = 2 * node + 1, level + 1
-            size += 2
-            continue
-        position = node - (1 << level)
-        for i in range((count * position) >> level, (count * (position + 1)) >> level):
-            at = where[i]
-            if at < uncovered and triangle_squared(triangle, 0, points[i, 0, 0], points[i, 0, 1], points[i, 0, 2]) <= (
-                squared
-            ):
-                uncovered -= 1
-                other = order[uncovered]
-                order[at], where[other] = other, at
-                order[uncovered], where[i] = i, uncovered
-    return uncovered
+            if level < depth:
+                node, level = 2 * node + 1, level + 1
+                continue
+            position = node - (1 << level)
+            for i in range((count * position) >> level, (count * (position + 1)) >> level):
+                at = where[i]
+                if at < uncovered and covers(p, points[i, 0, 0], points[i, 0, 1], points[i, 0, 2], squared):
+                    uncovered -= 1
+                    other = order[uncovered]
+                    order[at], where[other] = other, at
+                    order[uncovered], where[i] = i, uncovered
+        while node & 1 == 0:  # nothing is left of it
+            node, level = node >> 1, level - 1
+        if node == 1:
+            return uncovered
+        node -= 1
 
 
-@kernel
+@bare
 def cover_panels(s: Record, r: Record, k: int, first: int, coverage: Coverage, distance: float, uncovered: int) -> int:
     """Cover what the triangles from ``first`` on and their images come near at driving angle k.
 
     Returns how many samples are uncovered then. Setting the number back undoes it, the latest first.
     """
-    corners = np.empty((3, 3))
+    depth = 0
+    while (2 << depth) < coverage.samples.boxes.shape[0]:
+        depth += 1
     for t in range(first, s.n_triangles):
         for g in range(r.order):
             if has_image(r, s.images[t], g):
                 for j in range(3):
-                    place_corner(s, r, image_code(r, g, s.corners[t, j]), k, corners, j)
-                uncovered = cover_triangle(coverage, corners, distance, uncovered)
+                    place_corner(s, r, image_code(r, g, s.corners[t, j]), k, s.triangle, j)
+                uncovered = cover_triangle(coverage, depth, s.triangle, distance, uncovered)
     return uncovered
