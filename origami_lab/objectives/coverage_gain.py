@@ -15,10 +15,13 @@ from numpy.typing import NDArray
 from origami_lab.game.kernels.collisions import place_corner
 from origami_lab.game.kernels.state import Record, has_image, image_code
 from origami_lab.geometry.bvh import Bvh
-from origami_lab.geometry.distance import point_triangle_squared
+from origami_lab.geometry.distance import point_edges_squared
 from origami_lab.jit import bare, inlined
 
 Array = NDArray[np.float64]
+
+FEW_LEVELS = 3
+"""Levels of the tree, from the leaves up, whose boxes are not worth looking at."""
 
 
 class Coverage(NamedTuple):
@@ -28,6 +31,8 @@ class Coverage(NamedTuple):
     ----------
     samples
         Tree over the n samples as triangles without area; they have the numbers of its leaves.
+    points
+        (n, 3) the samples.
     order
         (n,) int32, a permutation of the samples: uncovered ones, then covered ones, the latest covered first.
     where
@@ -35,6 +40,7 @@ class Coverage(NamedTuple):
     """
 
     samples: Bvh
+    points: Array
     order: NDArray[np.int32]
     where: NDArray[np.int32]
 
@@ -42,15 +48,19 @@ class Coverage(NamedTuple):
 def new_coverage(samples: Bvh) -> Coverage:
     """Nothing is covered yet: ``uncovered`` is the number of samples."""
     order = np.arange(len(samples.triangles), dtype=np.int32)
-    return Coverage(samples, order, order.copy())
+    return Coverage(samples, np.ascontiguousarray(samples.triangles[:, 0]), order, order.copy())
 
 
 @inlined
-def covers(p: Array, x: float, y: float, z: float, squared: float) -> bool:
-    """Whether a point lies within a squared distance of the triangle p, (3, 3)."""
+def is_apart(box: Array, low: tuple[float, float, float], high: tuple[float, float, float]) -> bool:
+    """Whether a box of the tree has no point in common with the one from ``low`` to ``high``."""
     return bool(
-        point_triangle_squared(x, y, z, p[0, 0], p[0, 1], p[0, 2], p[1, 0], p[1, 1], p[1, 2], p[2, 0], p[2, 1], p[2, 2])
-        <= squared
+        box[0] > high[0]
+        or box[3] < low[0]
+        or box[1] > high[1]
+        or box[4] < low[1]
+        or box[2] > high[2]
+        or box[5] < low[2]
     )
 
 
@@ -58,36 +68,49 @@ def covers(p: Array, x: float, y: float, z: float, squared: float) -> bool:
 def cover_triangle(coverage: Coverage, depth: int, corners: Array, distance: float, uncovered: int) -> int:
     """Cover all samples within ``distance`` of a triangle (3, 3); returns how many are uncovered now.
 
-    ``depth`` is that of the tree's leaves. The tree is walked from right to left.
+    ``depth`` is that of the tree's leaves. The tree is walked from right to left, down to nodes of a few leaves.
     """
-    boxes, points = coverage.samples.boxes, coverage.samples.triangles
+    boxes, points = coverage.samples.boxes, coverage.points
     order, where = coverage.order, coverage.where
     count, p = points.shape[0], corners
-    low_x, high_x = min(p[0, 0], p[1, 0], p[2, 0]) - distance, max(p[0, 0], p[1, 0], p[2, 0]) + distance
-    low_y, high_y = min(p[0, 1], p[1, 1], p[2, 1]) - distance, max(p[0, 1], p[1, 1], p[2, 1]) + distance
-    low_z, high_z = min(p[0, 2], p[1, 2], p[2, 2]) - distance, max(p[0, 2], p[1, 2], p[2, 2]) + distance
+    low = (
+        min(p[0, 0], p[1, 0], p[2, 0]) - distance,
+        min(p[0, 1], p[1, 1], p[2, 1]) - distance,
+        min(p[0, 2], p[1, 2], p[2, 2]) - distance,
+    )
+    high = (
+        max(p[0, 0], p[1, 0], p[2, 0]) + distance,
+        max(p[0, 1], p[1, 1], p[2, 1]) + distance,
+        max(p[0, 2], p[1, 2], p[2, 2]) + distance,
+    )
     squared = distance * distance
-    node, level = 1, 0
+    # the triangle as point_edges_squared takes it
+    ax, ay, az = p[0, 0], p[0, 1], p[0, 2]
+    bx, by, bz = p[1, 0] - ax, p[1, 1] - ay, p[1, 2] - az
+    cx, cy, cz = p[2, 0] - ax, p[2, 1] - ay, p[2, 2] - az
+    nx, ny, nz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
+    n_squared, b_squared = nx * nx + ny * ny + nz * nz, bx * bx + by * by + bz * bz
+    c_squared = cx * cx + cy * cy + cz * cz
+    node, level, last = 1, 0, max(depth - FEW_LEVELS, 0)
     while True:
-        if not (
-            boxes[node, 0] > high_x
-            or boxes[node, 3] < low_x
-            or boxes[node, 1] > high_y
-            or boxes[node, 4] < low_y
-            or boxes[node, 2] > high_z
-            or boxes[node, 5] < low_z
-        ):
-            if level < depth:
+        if not is_apart(boxes[node], low, high):
+            if level < last:
                 node, level = 2 * node + 1, level + 1
                 continue
-            position = node - (1 << level)
-            for i in range((count * position) >> level, (count * (position + 1)) >> level):
-                at = where[i]
-                if at < uncovered and covers(p, points[i, 0, 0], points[i, 0, 1], points[i, 0, 2], squared):
-                    uncovered -= 1
-                    other = order[uncovered]
-                    order[at], where[other] = other, at
-                    order[uncovered], where[i] = i, uncovered
+            leaves = 1 << (depth - level)
+            for leaf in range((node + 1) * leaves - 1, node * leaves - 1, -1):
+                position = leaf - (1 << depth)
+                for i in range((count * position) >> depth, (count * (position + 1)) >> depth):
+                    at = where[i]
+                    if at >= uncovered:
+                        continue
+                    x, y, z = points[i, 0] - ax, points[i, 1] - ay, points[i, 2] - az
+                    edges = bx, by, bz, cx, cy, cz, nx, ny, nz, n_squared, b_squared, c_squared
+                    if point_edges_squared(x, y, z, *edges) <= squared and not is_apart(boxes[leaf], low, high):
+                        uncovered -= 1
+                        other = order[uncovered]
+                        order[at], where[other] = other, at
+                        order[uncovered], where[i] = i, uncovered
         while node & 1 == 0:  # nothing is left of it
             node, level = node >> 1, level - 1
         if node == 1:

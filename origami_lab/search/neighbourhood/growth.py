@@ -275,7 +275,7 @@ def grow(
         sample = coverage.order[int(draws[used] * uncovered)]
         lays_source, which, upward, idles = draws[used + 1], draws[used + 2], draws[used + 3], draws[used + 4]
         used += 5
-        v, used = leaf_near(s, r, aim.angle, coverage.samples.triangles[sample, 0], effort.noise, draws, used)
+        v, used = leaf_near(s, r, aim.angle, coverage.points[sample], effort.noise, draws, used)
         if v < 0 or lays_source < effort.source:
             actions = play_source(s, r, which, limit - played)
             if actions > 0:

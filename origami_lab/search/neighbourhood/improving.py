@@ -224,8 +224,7 @@ def improve(
                 return SHORT, used
             c.before = c.interactions
             if c.has_design:
-                samples = coverage.samples.triangles[:, 0]
-                laid, after = lay_change(ground, aim, habits, samples, draft, c, draws, used)
+                laid, after = lay_change(ground, aim, habits, coverage.points, draft, c, draws, used)
                 if after == TOO_FEW:
                     return SHORT, used
             else:
