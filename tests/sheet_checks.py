@@ -356,7 +356,10 @@ class _Sheets:
 
     def _check_straight(self, u: Ints, rho: Floats, following: Ints, straight: NDArray[np.bool_]) -> None:
         """Beside a sector of π two creases fold alike; all others of that vertex are flat."""
-        uneven = np.abs(rho[straight] - rho[following[straight]]).max(axis=1, initial=0.0) > 10 * TOLERANCE
+        turned = rho[straight] - rho[following[straight]]
+        # folded shut, the sign is rounding
+        apart = np.abs(np.remainder(turned + np.pi, 2 * np.pi) - np.pi)
+        uneven = apart.max(axis=1, initial=0.0) > 10 * TOLERANCE
         self.fail(self.sheet[u[straight][uneven]], "a straight line does not fold alike on both sides of a vertex")
         beside = straight.copy()
         beside[following[straight]] = True

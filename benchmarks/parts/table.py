@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import shutil
 import sys
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -70,24 +71,31 @@ def row(folder: Path, name: str) -> dict[str, Any] | None:
         "vertices": rows[best]["vertices"],
         "seconds": float(np.mean([row["seconds"] for row in rows])),
         "best_at": float(np.mean([row["interactions_to_best"] for row in rows])),
-        "certificates": [row.get("certificate") for row in rows],
+        "percent": -rows[best]["return_percent"],
+        "likeness": [rows[best]["likeness"], min(row["likeness"] for row in rows)],
+        "certificates": Counter(row["certificate"] for row in rows),
     }
 
 
 def table(folder: Path) -> str:
     """The table as Markdown."""
-    lines = [
-        "| part | start | symmetry | cell | best | mean | best, % of size | panels | seconds a seed | seeds × budget |",
-        "|" + 10 * "---|",
+    columns = [
+        *("part", "start", "symmetry", "cell", "best", "mean", "best, % of size", "likeness: best, least", "panels"),
+        *("certificates", "seconds a seed"),
     ]
+    lines = [f"| {' | '.join(columns)} |", "|" + len(columns) * "---|"]
     for name in PARTS:
         if (found := row(folder, name)) is not None:
             best, mean = (0.0 if found[key] < ZERO * found["size"] else found[key] for key in ("best", "mean"))
-            lines.append(
-                f"| {name} | {found['start']} | {found['symmetry']} | {found['cell']:.4g} mm | {best:.3g} mm"
-                f" | {mean:.3g} mm | {100 * best / found['size']:.2g} | {found['panels']}"
-                f" | {found['seconds']:.0f} | {found['seeds']} × {found['budget']:,} |"
+            cells = (
+                *(name, found["start"].lower(), found["symmetry"], f"{found['cell']:.4g} mm"),
+                *(f"{best:.3g} mm", f"{mean:.3g} mm", f"{found['percent'] if best else 0:.2g}"),
+                ", ".join(f"{value:.2f}" for value in found["likeness"]),
+                str(found["panels"]),
+                ", ".join(f"{count} {verdict}" for verdict, count in found["certificates"].items()),
+                f"{found['seconds']:.0f}",
             )
+            lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)
 
 

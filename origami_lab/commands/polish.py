@@ -42,7 +42,7 @@ def main(arguments: Sequence[str]) -> int:
         result = done.made
         early = "" if result.whole else ", ended by the time limit"
         return (
-            f"return {result.returns_before['return']:.4f} → {result.returns['return']:.4f},"
+            f"return {result.returns_before['return']:z.4f} → {result.returns['return']:z.4f},"
             f" driving angle {result.driving_angle_before:.2f}° → {result.driving_angle:.2f}°,"
             f" {result.certificate.verdict}, {result.steps} steps, {result.seconds:.0f} s{early}"
         )

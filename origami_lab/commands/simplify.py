@@ -35,7 +35,7 @@ def main(arguments: Sequence[str]) -> int:
             f"creases {before.creases} → {after.creases}, panels {before.panels} → {after.panels},"
             f" smallest sector {before.smallest_sector:.2f}° → {after.smallest_sector:.2f}°,"
             f" narrowest panel {before.smallest_width:.3f} → {after.smallest_width:.3f} cells,"
-            f" return {made.value_before:.4f} → {made.value:.4f}, {made.certificate.verdict}"
+            f" return {made.value_before:z.4f} → {made.value:z.4f}, {made.certificate.verdict}"
         )
 
     return rework(

@@ -180,7 +180,7 @@ def caption_lines(fold: FoldFile, frame: FoldFrame) -> tuple[str, str]:
     facts = []
     value = known.get("return")
     if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e9:
-        facts.append(f"return {value:.4f}".replace("-", "−"))
+        facts.append(f"return {value:z.4f}".replace("-", "−"))
     if frame.driving_angle is not None:
         facts.append(f"driving angle {np.degrees(frame.driving_angle):.1f}°")
     facts.append(f"{len(fold.panels)} panels")

@@ -129,7 +129,7 @@ def _facts(fold: FoldFile) -> list[tuple[str, str]]:
     value = fold.metadata.get("return")
     facts = []
     if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e9:
-        facts.append(("return", f"{value:.4f}".replace("-", "−")))
+        facts.append(("return", f"{value:z.4f}".replace("-", "−")))
         if fold.cell is not None and fold.metadata.get("return_in") == "cells":
             facts.append(("distance", f"{abs(value) * fold.cell:.3g} mm"))
     if fold.frames and fold.best.driving_angle is not None:

@@ -18,7 +18,7 @@ from origami_lab.experiment.trial import run_trial
 from origami_lab.runs.run_folder import RunFolder
 
 FEW, SOME = 200, 2000
-"""Interactions that load what a search needs, and that find a first design, too."""
+"""Interactions that load what a search needs, and that find a first design, too; FEW steps of a polish load its own."""
 
 
 def load_kernels(settings: Settings, earlier: Parts) -> None:
@@ -57,7 +57,8 @@ def warm_up(settings: Settings, earlier: Parts, compiles: Callable[[], None]) ->
     with compile_clock(compiles) as clock:
         load_kernels(settings, earlier)
         if clock.seconds and _are_known(earlier):
-            small = replace(settings, budget=min(settings.budget, SOME), polish=None, target_return=None, stages=())
+            steps = min(settings.polish, FEW) if settings.polish else None
+            small = replace(settings, budget=min(settings.budget, SOME), polish=steps, target_return=None, stages=())
             with tempfile.TemporaryDirectory(prefix="origami-lab-") as place:
                 folder = RunFolder(Path(place))
                 folder.begin(settings.config, earlier.target, None)

@@ -39,11 +39,30 @@ function showJobs() {
   }));
 }
 
+const COLOURS = 8; // those of .curve.k0 and so on
+
+function showCurves() {
+  const tasks = [...new Set(known.jobs.map(({ task }) => task))];
+  put("curves", ...tasks.map((task) => {
+    const series = known.jobs.flatMap((job, k) => job.task === task && found[k]?.curve?.length
+      ? [{ points: found[k].curve, label: job.name, mean: found[k].returns?.mean }] : []);
+    const drawn = series.sort((a, b) => (b.mean ?? -Infinity) - (a.mean ?? -Infinity)).slice(0, COLOURS)
+      .map((one, k) => ({ ...one, colour: `k${k}` }));
+    if (!drawn.length) return null;
+    const name = `${task}: mean best return so far over interactions`;
+    const keys = drawn.map(({ label, colour }) => el("li", {}, draw("svg", { viewBox: "0 0 24 8", class: "key", "aria-hidden": "true" }, draw("path", { d: "M0 4H24", class: `curve ${colour}` })), label));
+    const left = series.length - drawn.length;
+    if (left) keys.push(el("li", { class: "quiet" }, `and ${many(left, "job")} with less`));
+    return el("figure", {}, el("figcaption", {}, el("b", {}, task)), stepChart(drawn, null, name), el("ul", { class: "links" }, ...keys));
+  }));
+}
+
 async function refresh() {
   for (place = 0; place < known.jobs.length; place += 1) {
     if (found[place]?.state !== "finished") await load(address(known.jobs[place].folder, known.data));
   }
   showJobs();
+  showCurves();
   const count = (state) => found.filter((said) => said?.state === state).length;
   const words = [`${count("finished")} of ${many(known.jobs.length, "job")} finished`];
   if (count("running")) words.push(`${count("running")} running`);

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from origami_lab.errors import InputError
 from origami_lab.file_names import PAGE, PAGE_DATA
 from origami_lab.files import regular_bytes, write_whole
 from origami_lab.runs.multirun_folder import TABLE, Index, read_index
+from origami_lab.runs.run_folder import RunFolder
 from origami_lab.text import command_text
 
 if TYPE_CHECKING:
+    from origami_lab.config.node import Node
     from origami_lab.runs.multirun_folder import PlannedJob
 
 LARGEST_PAGE = 2**26
@@ -38,6 +42,7 @@ def write_multirun_page(folder: Path) -> None:
 def multirun_page_text(index: Index, folder: Path) -> str:
     """The page as text."""
     from origami_lab.pages import page_text
+    from origami_lab.tracking.tracker import commands_to_look
 
     tasks, methods = ({getattr(job, kind) for job in index.jobs} for kind in ("task", "method"))
     common = [", ".join(sorted(names)) for names in (tasks, methods) if len(names) <= MOST_NAMED]
@@ -49,6 +54,7 @@ def multirun_page_text(index: Index, folder: Path) -> str:
         "data": f"{PAGE_DATA}/live.js",
         "table": TABLE,
         "report": command_text(["origami-lab", "report", str(folder)]),
+        "look": commands_to_look(_config_of_a_job(index, folder).get("tracking") or {}, folder),
     }
     return page_text(
         __package__,
@@ -56,6 +62,14 @@ def multirun_page_text(index: Index, folder: Path) -> str:
         values,
         scripts=[Path(__file__).with_name("multirun_page.js")],
     )
+
+
+def _config_of_a_job(index: Index, folder: Path) -> Node:
+    """The configuration of the first job that has one; empty if none has begun."""
+    for job in index.jobs:
+        with suppress(InputError, OSError):
+            return RunFolder(folder / job.folder).config()
+    return {}
 
 
 def _name(job: PlannedJob, tasks: set[str], methods: set[str]) -> str:

@@ -73,6 +73,36 @@ def thinned(points: Sequence[Sequence[float]], most: int = CURVE_POINTS) -> list
     return [list(points[round(k * step)]) for k in range(most)]
 
 
+class MeanCurve:
+    """The mean over trials of the best return so far, at fixed numbers of interactions up to a budget."""
+
+    def __init__(self, budget: int) -> None:
+        self.at = sorted({round(budget ** (k / CURVE_POINTS)) for k in range(CURVE_POINTS + 1)})
+        self._sums = [0.0] * len(self.at)
+        self._count = 0
+        self._first = 0
+        """The first of the numbers at which every trial has a return."""
+
+    def add(self, curve: Sequence[Sequence[float]]) -> None:
+        """Take in a trial's improvements; one that has none is left out."""
+        if not curve:
+            return
+        self._count += 1
+        ahead = 0
+        for k, at in enumerate(self.at):
+            while ahead < len(curve) and curve[ahead][0] <= at:
+                ahead += 1
+            if ahead:
+                self._sums[k] += curve[ahead - 1][1]
+            else:
+                self._first = max(self._first, k + 1)
+
+    def points(self) -> list[list[float]]:
+        """Interactions and mean returns, from where every trial has one."""
+        pairs = list(zip(self.at, self._sums, strict=True))[self._first :]
+        return [[at, total / self._count] for at, total in pairs] if self._count else []
+
+
 def curve_of(file: Path) -> list[list[float]]:
     """Interactions and best return of a trial's improvements; empty if they cannot be read."""
     try:

@@ -204,12 +204,12 @@ class PlainDisplay(QuietDisplay):
 
     def _line(self, seed: int) -> str:
         trial = self.trials[seed]
-        best = "no design yet" if trial.best is None else f"best {trial.best:.4f}"
+        best = "no design yet" if trial.best is None else f"best {trial.best:z.4f}"
         if trial.status == NO_DESIGN:
             return f"seed {seed}: {trial.interactions:,} interactions, {trial.rate:,.0f}/s, {NO_DESIGN}"
         if trial.status == "polishing":
             steps, value = trial.polished
-            return f"seed {seed}: polishing its best design, {steps:,} steps, best {value:.4f}"
+            return f"seed {seed}: polishing its best design, {steps:,} steps, best {value:z.4f}"
         done = f"{trial.interactions:,} of {self.budget:,} interactions, {trial.rate:,.0f}/s"
         status = {"running": "", "drawing": ", drawing its pictures"}.get(trial.status, f", {trial.status}")
         return f"seed {seed}: {done}, {best}{status}"
@@ -252,7 +252,7 @@ class LiveDisplay(PlainDisplay):
         rate = sum(self.trials[seed].rate for seed in running)
         caption = f"{len(ended)} of {len(self.trials)} trials done · {rate:,.0f} interactions/s"
         if best:
-            caption += f" · best {max(best):.4f}"
+            caption += f" · best {max(best):z.4f}"
         if (left := self.seconds_left()) is not None:
             caption += f" · about {duration(left)} left"
         table = Table(box=None, padding=(0, 1), caption=caption, caption_justify="left", header_style="dim")
@@ -268,7 +268,7 @@ class LiveDisplay(PlainDisplay):
                 "interactions": f"{trial.interactions:,}",
                 "": ProgressBar(total=self.budget, completed=trial.interactions, width=24),
                 "per second": f"{trial.rate:,.0f}",
-                "best": "–" if trial.best is None else f"{trial.best:.4f}",
+                "best": "–" if trial.best is None else f"{trial.best:z.4f}",
                 "status": self._status(trial),
             }
             table.add_row(*(cells[name] for name in kept))

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from origami_lab.config.node import Node
 from origami_lab.config.seeds import parse_seeds
 from origami_lab.config.settings import task_name
-from origami_lab.experiment.page_entries import SHOWN, entry_of, thinned
+from origami_lab.experiment.page_entries import SHOWN, MeanCurve, entry_of, thinned
 from origami_lab.experiment.trial_progress import Polishing, Progress
 from origami_lab.file_names import CONFIG, DESCRIBED, PAGE, SUMMARY, TRIALS
 from origami_lab.runs.run_folder import RunFolder, read_summary
@@ -58,7 +58,8 @@ class Running:
 class Tally:
     """What the trials that have ended came to, one after the other."""
 
-    def __init__(self) -> None:
+    def __init__(self, budget: int = 1) -> None:
+        self.curve = MeanCurve(budget)
         self.outcomes: Counter[str] = Counter()
         self.verdicts: Counter[str] = Counter()
         self.count, self.mean, self._squares = 0, 0.0, 0.0
@@ -83,6 +84,7 @@ class Tally:
             before = row.return_ - self.mean
             self.mean += before / self.count
             self._squares += before * (row.return_ - self.mean)
+            self.curve.add(entry["curve"])
 
     def to_json(self) -> dict[str, Any]:
         std = math.sqrt(self._squares / (self.count - 1)) if self.count > 1 else None
@@ -91,6 +93,7 @@ class Tally:
             "verdicts": dict(sorted(self.verdicts.items())),
             "returns": None if not self.count else {"mean": self.mean, "std": std, "n": self.count},
             "best": self.best_entry,
+            "curve": self.curve.points(),
         }
 
 
@@ -110,7 +113,9 @@ class RunPage:
     def __init__(self, folder: RunFolder, config: Node, seeds: int, command: str, opens: bool = False) -> None:
         self.folder, self.config, self.seeds, self.command, self.opens = folder, config, seeds, command, opens
         self.running: dict[int, Running] = {}
-        self._tally, self._to_add = Tally(), list[TrialRow]()
+        budget = config.get("budget")
+        self._tally = Tally(budget if isinstance(budget, int) and budget > 0 else 1)
+        self._to_add: list[TrialRow] = []
         self._page: PageFolder | None = None
         self._written = time.monotonic()
         self._tried = False
@@ -178,6 +183,7 @@ class RunPage:
 def run_page_text(config: Node, folder: Path, command: str) -> str:
     """The page itself: all but its data."""
     from origami_lab.pages import page_text
+    from origami_lab.tracking.tracker import commands_to_look
 
     budget = config.get("budget")
     own = ["origami-lab", str(folder / CONFIG), f"output={folder}", "resume=true"]
@@ -192,6 +198,7 @@ def run_page_text(config: Node, folder: Path, command: str) -> str:
             "go_on": command_text(own),
             "longer": command_text(longer),
             "folder": command_text([str(folder)]),
+            "look": commands_to_look(config.get("tracking") or {}, folder),
         },
         "columns": SHOWN,
         "files": DESCRIBED,

@@ -72,11 +72,11 @@ def summary_table(rows: Sequence[TrialRow], title: str | None = None, width: int
     for row in sorted(rows, key=lambda row: row.seed):
         table.add_row(
             str(row.seed),
-            *(_number(row[name] if row in designs else None, ".4f") for name in returns),
+            *(_number(row[name] if row in designs else None, "z.4f") for name in returns),
             _number(row.driving_angle, ".1f"),
             *([_number(row.interactions_to_best, ",d")] if wide else []),
             *([_number(row.vertices, "d")] if wide and not polished else []),
-            *([_number(row.polished_return, ".4f")] if polished else []),
+            *([_number(row.polished_return, "z.4f")] if polished else []),
             *([row.outcome] if shows_status else []),
             style="bold" if row is best and several else None,
         )
@@ -131,7 +131,7 @@ def figure_lines(rows: Iterable[TrialRow]) -> list[str]:
     if best is None:
         return []
     if best.chamfer is None:
-        return [f"best{f' (seed {best.seed})' if len(rows) > 1 else ''}: return {_number(best.return_, '.4f')}"]
+        return [f"best{f' (seed {best.seed})' if len(rows) > 1 else ''}: return {_number(best.return_, 'z.4f')}"]
     other = [] if best.return_units is None else [f"{_short(-best.return_units)} units of the file"]
     if best.return_mm is not None:
         other.append(f"{_short(-best.return_mm)} mm on paper")
@@ -186,7 +186,7 @@ def polish_lines(rows: Iterable[TrialRow]) -> list[str]:
         gain = best["polished_return"] - best["return"]
         spread = f", mean {spreads(polished)['polished_return']}" if len(polished) > 1 else ""
         lines = [
-            f"polished: best {best.polished_return:.4f} (seed {best.seed}, {gain:.4f} better), driving angle"
+            f"polished: best {best.polished_return:z.4f} (seed {best.seed}, {gain:z.4f} better), driving angle"
             f" {best.polished_driving_angle:.2f}°{spread}"
         ]
     for end in (TIME_LIMIT, STOPPED, FAILED):
@@ -214,7 +214,7 @@ def _differs(value: float | None, other: float | None) -> bool:
 
 
 def _footer(spread: Spread | None) -> str:
-    return "" if spread is None else f"{_number(spread.mean, '.4f')}\n{_number(spread.std, '.4f')}"
+    return "" if spread is None else f"{_number(spread.mean, 'z.4f')}\n{_number(spread.std, 'z.4f')}"
 
 
 def _short(value: float | None) -> str:

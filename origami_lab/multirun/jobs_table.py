@@ -72,7 +72,7 @@ def _table_of(found: Sequence[JobResult], shown: Sequence[str]) -> Table:
         named = [*job.own, *([job.task] if len(tasks) > 1 else []), *([job.method] if len(methods) > 1 else [])]
         figures = {
             "return": "–" if spread is None else spread.rounded,
-            "best": "–" if row is None else f"{row.return_:.4f}",
+            "best": "–" if row is None else f"{row.return_:z.4f}",
         }
         table.add_row(
             Text(" · ".join(named) or job.name),

@@ -22,10 +22,7 @@ _TEX |= {"–": "--", "−": "$-$", "±": r"$\pm$", "↑": r"$\uparrow$", "↓":
 
 def number(value: float, digits: int) -> str:
     """With a true minus sign; nothing is minus zero."""
-    text = f"{value:,.{digits}f}"
-    if not text.strip("-0.,"):
-        text = text.removeprefix("-")
-    return text.replace("-", "−")
+    return f"{value:z,.{digits}f}".replace("-", "−")
 
 
 def many(count: int, word: str) -> str:

@@ -117,7 +117,7 @@ class Result:
         if found is not None:
             parts.append(f"return {found}")
         if row is not None:
-            parts.append(f"best {row.return_:.4f} (seed {row.seed})")
+            parts.append(f"best {row.return_:z.4f} (seed {row.seed})")
         return f"<Result {'; '.join(parts)}; {self.folder}>"
 
 

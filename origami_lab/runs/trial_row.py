@@ -229,7 +229,7 @@ class Spread:
     def rounded(self) -> str:
         """Mean ± std to the first digit of the standard error of the mean: the digits after it are chance."""
         digits = self.digits
-        return f"{self.mean:.{digits}f}" if self.std is None else f"{self.mean:.{digits}f} ± {self.std:.{digits}f}"
+        return f"{self.mean:z.{digits}f}" if self.std is None else f"{self.mean:z.{digits}f} ± {self.std:z.{digits}f}"
 
     @property
     def digits(self) -> int:
@@ -239,7 +239,7 @@ class Spread:
         return min(max(-math.floor(math.log10(self.std / math.sqrt(self.n))), 0), 4)
 
     def __str__(self) -> str:
-        return f"{self.mean:.4f}" if self.std is None else f"{self.mean:.4f} ± {self.std:.4f}"
+        return f"{self.mean:z.4f}" if self.std is None else f"{self.mean:z.4f} ± {self.std:z.4f}"
 
 
 def spreads(rows: Iterable[TrialRow]) -> dict[str, Spread]:

@@ -124,7 +124,7 @@ class SearchJob(Job):
     def why_pruned(self, held: HeldTrial, step: int) -> str:
         complete = [slot.trial for slot in held.queue.look() if slot.state == "complete" and slot.trial]
         median = statistics.median(trial.intermediate_values[step] for trial in complete)
-        return f"below {median:.4f}, the median of the complete trials after as many seeds"
+        return f"below {median:z.4f}, the median of the complete trials after as many seeds"
 
     def refusal(self, point: Point) -> InputError | None:
         """Why a point cannot be played: values that exclude each other, say."""

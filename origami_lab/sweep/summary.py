@@ -113,7 +113,7 @@ class SweepSummary:
         settings = self.declaration.compose([*self.declaration.base, *overrides_of(best["point"]), f"seed={seeds}"])
         head = (
             f"The best of {self.record['trials']} trials of the sweep {self.declaration.study}: "
-            f"trial {best['trial']}, mean return {best['value']:.4f}.",
+            f"trial {best['trial']}, mean return {best['value']:z.4f}.",
             f"runs with: origami-lab {shlex.quote(str(path))} seed=0..9",
         )
         return config_text(head, settings.config)
@@ -170,8 +170,8 @@ def page(declaration: Declaration, summary: Mapping[str, Any], figures: Sequence
     ]
     if best is not None:
         lines += [
-            f"**Best: trial {best['trial']}, mean return {best['value']:.4f}** over the sweep's own seeds, on which it "
-            "was chosen:",
+            f"**Best: trial {best['trial']}, mean return {best['value']:z.4f}** over the sweep's own seeds, on which "
+            "it was chosen:",
             "what it is worth is in the table below.",
             "",
             "```",
@@ -196,14 +196,14 @@ def _comparison(held_out: Mapping[str, Any]) -> list[str]:
         "|---|---|---|---|---|---|---|",
     ]
     for name, found in held_out["settings"].items():
-        std = "" if found["std"] is None else f" ± {found['std']:.4f}"
-        cells = [name, f"{found['mean']:.4f}{std}", f"{found['median']:.4f}"]
+        std = "" if found["std"] is None else f" ± {found['std']:z.4f}"
+        cells = [name, f"{found['mean']:z.4f}{std}", f"{found['median']:z.4f}"]
         result = held_out["differences"].get(name)
         if result is None:
             cells += ["", "", "", ""]
         else:
             interval = f"{result['low']:+.4f} to {result['high']:+.4f}"
-            cells += [f"{result['mean']:+.4f}", interval, f"{result['p']:.4f}", f"best is {_says(result['verdict'])}"]
+            cells += [f"{result['mean']:+.4f}", interval, f"{result['p']:z.4f}", f"best is {_says(result['verdict'])}"]
         lines.append("| " + " | ".join(cells) + " |")
     lines += [f"| {name} | failed: {reason} | | | | | |" for name, reason in held_out["failed"].items()]
     lines += ["", f"{held_out['method'].capitalize()}."]

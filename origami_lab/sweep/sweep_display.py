@@ -95,7 +95,7 @@ class SweepDisplay:
                 self.note(f"comparing on held-out seeds: {', '.join(settings)}")
         for name in done - self.compared:
             trial = settings[name].trial
-            value = f"mean return {trial.value:.4f}" if trial is not None and trial.value is not None else "failed"
+            value = f"mean return {trial.value:z.4f}" if trial is not None and trial.value is not None else "failed"
             self.note(f"{name}: {settings[name].reason or value} on held-out seeds")
         self.compared |= done
         if self._status is not None:
@@ -108,7 +108,7 @@ class SweepDisplay:
         played = len(returns_of(slot))
         pruned = f", given up after {played} of {self.seeds} seeds: {slot.reason}" if slot.state == "pruned" else ""
         again = f", interrupted {slot.losses}×" if slot.losses else ""
-        return f"trial {slot.number}: {trial.value:.4f}{pruned}{again}"
+        return f"trial {slot.number}: {trial.value:z.4f}{pruned}{again}"
 
     def _progress(self, slots: Sequence[Slot]) -> str:
         done = sum(slot.done for slot in slots)
@@ -116,7 +116,7 @@ class SweepDisplay:
         parts = [f"{done} of {len(slots)} trials done", f"{running} running"]
         best = best_slot(slots)
         if best is not None and best.trial is not None:
-            parts.append(f"best {best.trial.value:.4f} (trial {best.number})")
+            parts.append(f"best {best.trial.value:z.4f} (trial {best.number})")
         if done > self.first:
             left = (time.monotonic() - self.began) / (done - self.first) * (len(slots) - done)
             parts.append(f"about {duration(left)} left")

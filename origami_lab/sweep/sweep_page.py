@@ -17,6 +17,7 @@ from origami_lab.sweep.summary import BEST, SUMMARY, SUMMARY_TEXT
 from origami_lab.sweep.sweep_config import Declaration
 from origami_lab.sweep.trial_queue import Slot
 from origami_lab.text import command_text
+from origami_lab.tracking.tracker import commands_to_look
 
 if TYPE_CHECKING:
     from origami_lab.pages import PageFolder
@@ -107,6 +108,7 @@ class SweepPage:
             "pruner": declared.pruner.name,
             "seeds": len(declared.seeds),
             "command": command_text(self.command),
+            "look": commands_to_look(vars(declared.tracking), declared.folder),
             "space": [parameter.name for parameter in declared.space],
         }
         return page_text(

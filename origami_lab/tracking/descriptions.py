@@ -76,7 +76,7 @@ def run_note(
         said.append(f"return {_minus(spread.rounded)} over {spread.n} trial{'' if spread.n == 1 else 's'}")
     if best is not None and best.return_ is not None:
         verdict = f", {best.certificate}" if best.certificate else ""
-        said.append(f"best {_minus(f'{best.return_:.4f}')} (seed {best.seed}{verdict})")
+        said.append(f"best {_minus(f'{best.return_:z.4f}')} (seed {best.seed}{verdict})")
     lines = [": ".join([said[0], "; ".join(said[1:])]) if said[1:] else said[0], *artifacts.lines(files, "best/")]
     if command := str(summary.get("command") or ""):
         lines.append(f"Made by {_code(command)}")
@@ -87,11 +87,11 @@ def trial_note(row: TrialRow, artifacts: Artifacts, files: Iterable[str]) -> str
     """The description of one seed."""
     if row.has_failed:
         return f"seed {row.seed}: failed: {plain(row.reason)}"
-    figures = [f"seed {row.seed}: return {_minus(f'{row.return_:.4f}')}"]
+    figures = [f"seed {row.seed}: return {_minus(f'{row.return_:z.4f}')}"]
     if row.return_percent is not None:
         figures.append(f"{-row.return_percent:.1f} % of the target's size")
     if row.polished_return is not None:
-        figures.append(f"polished {_minus(f'{row.polished_return:.4f}')}")
+        figures.append(f"polished {_minus(f'{row.polished_return:z.4f}')}")
     figures.append(row.certificate or row.outcome)
     return "\n\n".join([", ".join(figures), *artifacts.lines(files)])
 
@@ -103,7 +103,7 @@ def study_run_note(study: str, summary: Mapping[str, Any]) -> str:
         return f"**{plain(study)}**: no trial has been played to its end"
     return "\n\n".join(
         [
-            f"**{plain(study)}**: best trial {best['trial']}, mean return {_minus(format(best['value'], '.4f'))}"
+            f"**{plain(study)}**: best trial {best['trial']}, mean return {_minus(format(best['value'], 'z.4f'))}"
             " over the sweep's own seeds; what it is worth on others is in summary.md below Artifacts.",
             _code(str(best["command"])),
         ]
@@ -112,7 +112,7 @@ def study_run_note(study: str, summary: Mapping[str, Any]) -> str:
 
 def study_trial_note(trial: Mapping[str, Any]) -> str:
     """The description of one trial of a study."""
-    value = "" if trial["value"] is None else f", mean return {_minus(format(trial['value'], '.4f'))}"
+    value = "" if trial["value"] is None else f", mean return {_minus(format(trial['value'], 'z.4f'))}"
     point = ", ".join(f"{name}={value}" for name, value in trial["point"].items())
     reason = f": {plain(str(trial['reason']))}" if trial["reason"] else ""
     return "\n\n".join(

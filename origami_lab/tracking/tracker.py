@@ -14,17 +14,19 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Protocol
 
 from origami_lab.about import PACKAGE
-from origami_lab.config.node import flatten
+from origami_lab.config.node import Node, flatten
 from origami_lab.config.settings import Settings
+from origami_lab.errors import InputError
 from origami_lab.streams import open_descriptors
 from origami_lab.text import command_text
 from origami_lab.tracking.mlflow_limits import check_names
 from origami_lab.tracking.moved_store import noted_store
-from origami_lab.tracking.store import QUIET, absolute_uri, check_store, default_uri, shown
+from origami_lab.tracking.store import QUIET, absolute_uri, check_store, default_uri, how_to_look, shown
 
 PATIENCE_SECONDS = 60.0
 """How long the end of an experiment waits for a slow store."""
@@ -76,6 +78,22 @@ def store_of(settings: Settings, folder: Path | None) -> str:
     """The URI of the store: as configured, else where the run folder was tracked before, else the default one."""
     noted = None if folder is None else noted_store(folder)
     return str(settings.tracking.uri or noted or default_uri())
+
+
+def commands_to_look(tracking: Node, folder: Path) -> list[str]:
+    """What is typed to see in MLflow what a folder holds; what was not tracked is pushed there first.
+
+    Parameters
+    ----------
+    tracking
+        The configuration's section of that name.
+    """
+    if tracking.get("kind") == "none":
+        return [command_text(["origami-lab", "dashboard", "--sync", str(folder)]), "origami-lab dashboard"]
+    noted = None
+    with suppress(InputError, OSError):  # a note that cannot be read is told of where the store is used
+        noted = noted_store(folder)
+    return [how_to_look(str(tracking.get("uri") or noted or default_uri()))]
 
 
 class MlflowTracker:

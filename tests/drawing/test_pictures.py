@@ -179,6 +179,12 @@ def test_the_same_bytes_every_time(tmp_path: Path) -> None:
         assert (tmp_path / f"a_{picture}").read_bytes() == (tmp_path / f"b_{picture}").read_bytes()
 
 
+@pytest.mark.parametrize(("value", "said"), [(-1e-16, "return 0.0000"), (-0.12345, "return −0.1235")])
+def test_a_return_that_is_rounding_is_0(value: float, said: str, tmp_path: Path) -> None:
+    fold = on_disk(dataclasses.replace(designs.single_valley(), metadata={"return": value}), tmp_path)
+    assert said in folded_picture.caption_lines(fold, fold.frames[0])[1]
+
+
 def test_odd_titles_and_facts(tmp_path: Path) -> None:
     odd = {"title": "a $\\frac{1 $ b\n" * 40, "return": 10**400, "board": "25"}
     fold = on_disk(dataclasses.replace(designs.single_valley(), metadata=odd), tmp_path)

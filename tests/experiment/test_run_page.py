@@ -15,7 +15,7 @@ import pytest
 from origami_lab.cli import main
 from origami_lab.experiment import run_page
 from origami_lab.experiment.multirun_page import write_multirun_page
-from origami_lab.experiment.page_entries import curve_of, entry_of, pattern_of, thinned
+from origami_lab.experiment.page_entries import MeanCurve, curve_of, entry_of, pattern_of, thinned
 from origami_lab.experiment.run_page import RunPage, Tally, has_display, open_page, write_run_page
 from origami_lab.experiment.trial_progress import Progress
 from origami_lab.runs.multirun_folder import Index, PlannedJob, write_index
@@ -149,13 +149,13 @@ def test_the_tally_is_that_of_all_trials() -> None:
     rows += [trial_row(5, -0.25, "stopped")]
     tally = Tally()
     for row in rows:
-        tally.add(row, {"seed": row.seed})
+        tally.add(row, {"seed": row.seed, "curve": []})
     said = tally.to_json()
     spread = spread_of([-1.0, -1.0, -9.0])
     assert spread is not None
     assert said["returns"] == pytest.approx(vars(spread))
     assert said["outcomes"] == {"ok": 2, "no design": 1, "failed": 1, "stopped": 1}
-    assert said["best"] == {"seed": 5}
+    assert said["best"] == {"seed": 5, "curve": []}
 
 
 def test_a_page_that_cannot_be_written_costs_nothing(tmp_path: Path) -> None:
@@ -208,6 +208,23 @@ def test_curves_and_patterns_are_short_and_hold_what_files_say(tmp_path: Path) -
         '{"vertices_coords": [[0, 0]], "edges_vertices": [[0, 7]], "edges_assignment": ["M"]}'
     )
     assert pattern_of(tmp_path / "a.fold") is None
+
+
+def test_the_mean_curve_is_the_mean_of_the_steps_where_every_trial_has_one() -> None:
+    curves = [[[1, -4.0], [10, -2.0]], [[3, -6.0], [100, -1.0]], []]
+    mean = MeanCurve(1000)
+    for curve in curves:
+        mean.add(curve)
+
+    def step(curve: list[list[float]], at: float) -> float:
+        return [value for when, value in curve if when <= at][-1]
+
+    points = mean.points()
+    assert [at for at, _ in points] == [at for at in mean.at if at >= 3]
+    assert (mean.at[0], mean.at[-1]) == (1, 1000)
+    for at, value in points:
+        assert value == pytest.approx((step(curves[0], at) + step(curves[1], at)) / 2)
+    assert MeanCurve(1000).points() == []
 
 
 def test_a_trial_without_a_design_has_no_return_on_the_page(tmp_path: Path) -> None:

@@ -86,6 +86,7 @@ def test_pages_have_one_look_and_escape_what_they_show() -> None:
             "experiment": NASTY,
             "table": NASTY,
             "report": NASTY,
+            "look": [NASTY],
             "jobs": [{"name": NASTY}],
             "data": "x",
         },

@@ -234,6 +234,8 @@ def test_the_end_names_the_best_picture_and_the_page(tmp_path: Path) -> None:
         (123.456, 20.0, 4, "123 ± 20"),
         (-1.0, 0.0, 5, "-1.0000 ± 0.0000"),
         (-1.23456, None, 1, "-1.2346"),
+        (-1e-16, None, 1, "0.0000"),
+        (-1e-16, 3e-17, 5, "0.0000 ± 0.0000"),
     ],
 )
 def test_means_are_rounded_to_what_they_are_worth(mean: float, std: float | None, n: int, shown: str) -> None:

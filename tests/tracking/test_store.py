@@ -15,7 +15,7 @@ from origami_lab.runs.locks import held
 from origami_lab.text import command_text
 from origami_lab.tracking import store as stores
 from origami_lab.tracking.store import StoreError, absolute_uri, cause_of, check_store, probe, shown, sqlite_file
-from origami_lab.tracking.tracker import MlflowTracker
+from origami_lab.tracking.tracker import MlflowTracker, commands_to_look
 
 
 @pytest.mark.parametrize(
@@ -153,3 +153,17 @@ def test_a_tracking_process_that_crashes_costs_a_warning(tmp_path: Path, monkeyp
         (line,) = said
         assert line.startswith("warning: tracking: the process for MLflow ")
         assert reason in line
+
+
+@pytest.mark.parametrize(
+    ("tracking", "typed"),
+    [
+        ({"kind": "none"}, ["origami-lab dashboard --sync 'a run'", "origami-lab dashboard"]),
+        ({"kind": "mlflow", "uri": None}, ["origami-lab dashboard"]),
+        ({"kind": "mlflow", "uri": "sqlite:///other.db"}, ["origami-lab dashboard --uri sqlite:///other.db"]),
+        ({"kind": "mlflow", "uri": "https://lab.example"}, ["https://lab.example"]),
+        ({}, ["origami-lab dashboard"]),
+    ],
+)
+def test_a_page_names_the_store_that_its_runs_are_in(tracking: dict[str, str], typed: list[str]) -> None:
+    assert commands_to_look(tracking, Path("a run")) == typed
