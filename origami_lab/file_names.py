@@ -40,11 +40,16 @@ DESCRIBED = {
     PATTERN_PNG: "crease pattern",
     PATTERN_SVG: "pattern for Origami Simulator",
     FILM: "motion",
+    CUT_SHEETS[1]: "sheet to cut, PDF",
+    CUT_SHEETS[0]: "sheet to cut, SVG",
+    PATTERN_DXF: "pattern for CAD",
     BEST: "FOLD file",
     CERTIFICATE: "certificate",
     f"{POLISHED}.html": "polished, to turn and fold",
     f"{POLISHED}.png": "polished, folded",
     f"{POLISHED}.fold": "polished, FOLD file",
+    f"{SIMPLIFIED}.html": "simplified, to turn and fold",
+    f"{SIMPLIFIED}.fold": "simplified, FOLD file",
 }
 """Files of a trial that people are led to, and what they are called there."""
 

@@ -28,6 +28,16 @@ SHEETS = {
 MARGIN = 10.0
 """Millimetres of the sheet that stay free at each side, unless said otherwise."""
 
+
+def smallest_sheet(width: float, height: float) -> str | None:
+    """The smallest A size that has room for so many millimetres, turned if need be; None if the largest has not."""
+    sides = sorted((width, height))
+    for size, name in sorted((size, name) for name, size in SHEETS.items() if name.startswith("A")):
+        if all(side <= length - 2 * MARGIN for side, length in zip(sides, size, strict=True)):
+            return name
+    return None
+
+
 _AMOUNT = re.compile(r"\s*([-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-zA-Z%]*)\s*", re.ASCII)
 
 

@@ -34,7 +34,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--text", action="store_true", help="print only, write no picture and no page")
     options = parser.parse_args(arguments)
     from origami_lab.parts.analysis import analyse_part
-    from origami_lab.parts.words import command, facts, warnings
+    from origami_lab.parts.words import command, facts, paper_settings, warnings
 
     path = expanded(options.file)
     folder = path.parent if options.output is None else expanded(options.output)
@@ -50,6 +50,8 @@ def main(arguments: Sequence[str]) -> int:
     for remark in remarks:
         print(_paragraph("  ! ", one_line(remark), width))
     print(f"run it:\n  {one_line(line)}")
+    if paper := paper_settings(part):
+        print(f"with a pattern to cut, at true size:\n  {one_line(command(part, options.file, *given, *paper))}")
     if options.text:
         return 0
     from origami_lab.drawing.part_drawing import part_page, part_picture, png_bytes

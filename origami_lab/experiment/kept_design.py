@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -97,6 +98,16 @@ def keep_design(
         (path / CERTIFICATE).write_text(found.text, encoding="utf-8")
     passed_over = () if found.verdict == REFUTED else tuple(one.to_json() for one in refuted)
     return Kept(found.outcome, found.design, found.verdict, passed_over, tuple(_warnings(found, refuted)))
+
+
+def is_refuted(design: CreasePattern, thickness: float = 0.0) -> bool:
+    """Whether the certificate of a design, with panels so thick in board cells, refutes it."""
+    from origami_lab.fold_format.writer import write_fold
+
+    with tempfile.TemporaryDirectory(prefix="origami-lab-") as place:
+        file = Path(place) / BEST
+        write_fold(file, design)
+        return _verify(file, thickness)[0] == REFUTED
 
 
 def _without_last(outcome: Outcome, count: int) -> Outcome:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.config.instantiate import Parts
-from origami_lab.config.physical_size import aimed_return
+from origami_lab.config.physical_size import aimed_return, thickness_in_cells
 from origami_lab.config.settings import Settings
 from origami_lab.config.stages import Stage
+from origami_lab.experiment.kept_design import is_refuted
 from origami_lab.experiment.search_state import SearchState, state_of_bytes
 from origami_lab.runs.checkpoint import Checkpoint
 from origami_lab.runs.trial_row import BUDGET, BY_ITSELF, GOAL, MINUTES, NO_DESIGN, OK, STOPPED
@@ -123,6 +124,7 @@ def _play(
             on_progress=lambda problem: on_progress(problem, seconds()),
             should_stop=should_stop,
             goal=math.inf if aim is None else aimed_return(aim, settings, parts.objective, parts.target),
+            vets=_vet(settings, parts) if settings.certify else None,
             time_is_up=None if stage.minutes is None else lambda: seconds() >= limit,
             begun=None if state is None else state.outcome,
             checkpoints=checkpoints,
@@ -149,6 +151,16 @@ def _play(
     record = (*record, {**stage.to_node(), **came_to})
     after = SearchState(number + 1, outcome, total, record, saved)
     return Searched(outcome, parts, total, OK if outcome.succeeded else NO_DESIGN, ended, after, record, warnings)
+
+
+def _vet(settings: Settings, parts: Parts) -> Callable[[Sequence[int], int], bool]:
+    """What tells designs that are worth ending a search for from those that the certificate would refute."""
+    thickness = thickness_in_cells(settings, parts.target)
+
+    def vets(actions: Sequence[int], angle: int) -> bool:
+        return not is_refuted(parts.game.design(actions, angle), thickness)
+
+    return vets
 
 
 def _what_ended(problem: Problem, late: bool) -> str:

@@ -7,7 +7,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from origami_lab.file_names import FOLDED_PNG, PAGE, POLISHED, trial_folder
+from origami_lab.file_names import CUT_SHEETS, FOLDED_PNG, PAGE, POLISHED, trial_folder
+from origami_lab.lengths import smallest_sheet
 from origami_lab.runs.trial_row import (
     FAILED,
     GOAL,
@@ -18,6 +19,7 @@ from origami_lab.runs.trial_row import (
     RETURNS,
     STOPPED,
     TIME_LIMIT,
+    UNDECIDED,
     Spread,
     TrialRow,
     best_row,
@@ -97,6 +99,7 @@ def hint(rows: Iterable[TrialRow]) -> str | None:
 
 def certificate_lines(rows: Iterable[TrialRow]) -> list[str]:
     """Lines on the certificates for below the table: the counts, and a warning if one refutes its design."""
+    rows = list(rows)
     found = certificates(rows)
     if not found:
         return []
@@ -106,6 +109,12 @@ def certificate_lines(rows: Iterable[TrialRow]) -> list[str]:
         listed = ", ".join(map(str, seeds))
         lines.append(
             f"warning: seed {listed}: the best design is refuted, it does not fold as it should: see certificate.json"
+        )
+    if seeds := found.get(UNDECIDED):
+        angle = next(row.driving_angle for row in rows if row.seed == seeds[0]) or 90.0
+        lines.append(
+            "not certifiable: its certificate.json says why; where paper comes to lie flat on paper,"
+            f" driving_angle.max={angle - 0.5:.4g} stops short of that and can be certified, a little off"
         )
     return lines
 
@@ -119,6 +128,8 @@ def where_lines(rows: Iterable[TrialRow], folder: Path) -> list[str]:
     pictures += [] if best is None else [trial_folder(folder, best.seed) / FOLDED_PNG]
     if (picture := next((file for file in pictures if file.is_file()), None)) is not None:
         lines.append(f"its picture: {picture}")
+    if best is not None and (cut := trial_folder(folder, best.seed) / CUT_SHEETS[1]).is_file():
+        lines.append(f"to cut: {cut}")
     if (folder / PAGE).is_file():
         lines.append(f"all of it: {folder / PAGE}")
     return lines
@@ -145,7 +156,9 @@ def figure_lines(rows: Iterable[TrialRow]) -> list[str]:
     ]
     if best.cell_mm is not None:
         sides = f"{_short(best.width_mm)} × {_short(best.height_mm)} mm"
-        lines.append(f"its pattern is {sides}, {_short(best.cell_mm)} mm a board cell")
+        sheet = smallest_sheet(best.width_mm or 0.0, best.height_mm or 0.0)
+        room = "" if sheet is None else f" and fits {sheet}"
+        lines.append(f"its pattern is {sides}{room}, {_short(best.cell_mm)} mm a board cell")
     return lines
 
 

@@ -67,9 +67,10 @@ function stepChart(series, end, name) {
   const [width, height, left, bottom] = [720, 300, 62, 34];
   const first = Math.max(1, Math.min(...shown.map(({ points }) => points[0][0])));
   const last = Math.max(end ?? 1, first * 1.01, ...shown.map(({ points }) => points.at(-1)[0]));
-  const values = shown.flatMap(({ points }) => points.filter(([at], k) => at >= 0.02 * last || k === points.length - 1).map((point) => point[1]));
+  const improved = Math.max(...shown.map(({ points }) => points.at(-1)[0]));
+  const values = shown.flatMap(({ points }) => points.filter(([at], k) => at >= 0.02 * improved || k === points.length - 1).map((point) => point[1]));
   let [low, high] = [Math.min(...values), Math.max(...values)];
-  const room = 0.06 * (high - low || 1);
+  const room = high - low > 1e-6 ? 0.06 * (high - low) : 0.06; // less than that is rounding
   [low, high] = [low - room, high + room];
   const x = (at) => left + ((width - left - 12) * Math.log(Math.max(at, first) / first)) / Math.log(last / first);
   const y = (value) => Math.min(10 + ((height - bottom - 10) * (high - value)) / (high - low), height - bottom);

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from origami_lab.lengths import MARGIN, SHEETS
+from origami_lab.lengths import smallest_sheet
 from origami_lab.parts.analysis import PartAnalysis
 
 COVERED, FULL, TIGHT = 0.05, 0.6, 0.1
@@ -155,14 +155,23 @@ def facts(part: PartAnalysis) -> list[tuple[str, str]]:
 
 def paper_words(part: PartAnalysis) -> str:
     """How much paper the largest pattern takes at the part's true size, and the smallest sheet that has it."""
-    sides = sorted((points - 1) * part.cell for points in part.setup.board)
-    room = f"at true size a pattern is {sides[1]:.4g} × {sides[0]:.4g} mm at most"
-    by_size = sorted((size, name) for name, size in SHEETS.items() if name.startswith("A"))
-    for size, name in by_size:
-        if all(side <= length - 2 * MARGIN for side, length in zip(sides, size, strict=True)):
-            return f"{room}: cell={part.cell:.6g}mm sheet={name}; sheet={name} alone would make the part fill the sheet"
-    largest = by_size[-1][1]
-    return f"{room}, more than {largest}; sheet={largest} alone makes the part as large as there is room"
+    short, long = sorted(_sides(part))
+    room = f"at true size a pattern is {long:.4g} × {short:.4g} mm at most"
+    if settings := paper_settings(part):
+        return f"{room}: {' '.join(settings)}; {settings[1]} alone would make the part fill the sheet"
+    return f"{room}, more than A0; sheet=A0 alone makes the part as large as there is room"
+
+
+def paper_settings(part: PartAnalysis) -> list[str]:
+    """The settings for a pattern of the part's true size on the smallest sheet that has it; none if no sheet has."""
+    name = smallest_sheet(*_sides(part))
+    return [] if name is None else [f"cell={part.cell:.6g}mm", f"sheet={name}"]
+
+
+def _sides(part: PartAnalysis) -> tuple[float, float]:
+    """The largest sheet of the board at the part's true size, in millimetres."""
+    width, height = ((points - 1) * part.cell for points in part.setup.board)
+    return width, height
 
 
 def expectation(part: PartAnalysis) -> str:
@@ -178,7 +187,11 @@ def expectation(part: PartAnalysis) -> str:
     if len(part.regions) > 1 + len(hinged):
         met += ", what hangs on the walls only nearly"
     if any(corner.height > 0.0 for corner in layout.corners):
-        met += "; where walls meet, left-over paper lies flat on one of them, which verify cannot certify: no fault"
+        short_of_it = f"driving_angle.max={part.setup.driving_angle_max - 0.5:.4g}"
+        met += (
+            "; where walls meet, left-over paper lies flat on one of them, which verify cannot certify: no fault, and"
+            f" with {short_of_it}, a little off, it can"
+        )
     return met
 
 

@@ -122,7 +122,9 @@ def polish_design(
     descent = Descent(board, objective, float(game.angles[angle]), steps, started, seconds, on_progress, should_stop)
     first = verify_at(board, descent.found[0], thickness)
     if first.verdict != CERTIFIED:
-        raise InputError("design", "unpolished", f"must be certified before it can be polished: {first.reason}")
+        raise InputError(
+            "design", "unpolished", f"must be certified before it can be polished, and is not: {first.reason}"
+        )
     descent.run(np.random.default_rng(np.random.SeedSequence(seed)))
     found, certificate = _best_certified(board, objective, descent.found, thickness)
     evaluator = objective.bind(game)

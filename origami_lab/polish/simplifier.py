@@ -143,7 +143,9 @@ def simplify_design(whole: Thinnable, tolerance: float = TOLERANCE, thickness: f
                     certificate=certificate,
                     board=left.board,
                 )
-    raise InputError("design", "whole", f"must be certified before it can be simplified: {certificate.reason}")
+    raise InputError(
+        "design", "whole", f"must be certified before it can be simplified, and is not: {certificate.reason}"
+    )
 
 
 def distances_to(design: CreasePattern, samples: Points3D) -> NDArray[np.float64]:

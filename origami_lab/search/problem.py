@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple, dataclass
 from typing import Any, Protocol, runtime_checkable
 
@@ -27,7 +27,9 @@ from origami_lab.search.random_stream import Draws
 Actions = NDArray[np.int32]
 
 PROGRESS_SECONDS = 0.25
-_SAVED = ("interactions", "episodes", "rejected", "places_evaluated", "best_value")
+MOST_VETTED = 20
+"""Designs that are vetted in a search before the next one that reaches the goal ends it unasked."""
+_SAVED = ("interactions", "episodes", "rejected", "vetted", "places_evaluated", "best_value")
 
 
 @dataclass(frozen=True)
@@ -122,6 +124,9 @@ class Problem:
         Asked as often; once it says yes the search ends with what it has.
     goal
         A return that is good enough: the search ends once it is reached.
+    vets
+        Asked about the actions and the driving angle of a design that reaches the goal: one that it refuses is no
+        improvement, and the search goes on.
     time_is_up
         Asked as often as ``should_stop``; once it says yes the search has come to its end, too.
     begun
@@ -140,6 +145,7 @@ class Problem:
         on_progress: Callable[[Problem], None] | None = None,
         should_stop: Callable[[], bool] | None = None,
         goal: float = math.inf,
+        vets: Callable[[Sequence[int], int], bool] | None = None,
         time_is_up: Callable[[], bool] | None = None,
         begun: Outcome | None = None,
         checkpoints: Checkpoints | None = None,
@@ -151,6 +157,7 @@ class Problem:
         self.interactions = 0
         self.episodes = 0
         self.rejected = 0
+        self.vetted = 0
         self.places_evaluated = 0
         """Counted by searchers that look at places before they play them."""
         self.best_value = -math.inf
@@ -159,6 +166,7 @@ class Problem:
             self.interactions, self.episodes, self.rejected = begun.interactions, begun.episodes, begun.rejected
             self.places_evaluated, self.best_value = begun.places_evaluated, begun.value
             self.improvements += begun.improvements
+        self._vets = vets
         self._on_progress, self._should_stop, self._time_is_up = on_progress, should_stop, time_is_up
         self._checkpoints = checkpoints
         self._stopped = self._late = False
@@ -325,9 +333,19 @@ class Problem:
                 score = self.evaluator.score(trial.states, trial.memos, 0, limit)
                 if score.angle < 0 or not score.value > self.best_value:
                     return score.value
+        if score.value >= self.goal and not self._may_end_with(actions, score.angle):
+            self.rejected += 1
+            return self.game.penalty
         self.best_value = score.value
         self.improvements.append(Improvement(self.interactions, score.value, score.angle, actions))
         return score.value
+
+    def _may_end_with(self, actions: tuple[int, ...], angle: int) -> bool:
+        """Whether the search may end with a design that reaches the goal; a few are vetted, as that takes a second."""
+        if self._vets is None or self.vetted >= MOST_VETTED:
+            return True
+        self.vetted += 1
+        return self._vets(actions, angle)
 
     # --- saving ------------------------------------------------------------------------------------------------------
 
@@ -353,7 +371,7 @@ class Problem:
             Improvement(at, value, angle, tuple(actions)) for at, value, angle, actions in facts["improvements"]
         ]
         for name in _SAVED:
-            setattr(self, name, facts[name])
+            setattr(self, name, facts.get(name, 0))  # not all are in checkpoints of before
         return arrays
 
     # --- the result --------------------------------------------------------------------------------------------------

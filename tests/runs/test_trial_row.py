@@ -24,6 +24,7 @@ from origami_lab.experiment.terminal_table import (
     surface_line,
     where_lines,
 )
+from origami_lab.lengths import smallest_sheet
 from origami_lab.runs.trial_row import (
     COLUMNS,
     KINDS,
@@ -223,6 +224,21 @@ def test_the_end_names_the_best_picture_and_the_page(tmp_path: Path) -> None:
     assert where_lines(rows, tmp_path) == [f"its picture: {tmp_path / 'seed=0/folded.png'}", page]
     (tmp_path / "seed=1/polished.png").touch()
     assert where_lines(rows, tmp_path) == [f"its picture: {tmp_path / 'seed=1/polished.png'}", page]
+    (tmp_path / "seed=0/pattern.cut.pdf").touch()
+    assert where_lines(rows, tmp_path)[1:] == [f"to cut: {tmp_path / 'seed=0/pattern.cut.pdf'}", page]
+
+
+def test_what_cannot_be_certified_is_said_with_what_may_be() -> None:
+    counts, words = certificate_lines([row(0, -1.0, certificate="not certifiable", driving_angle=90.0)])
+    assert counts == "certificates: 1 not certifiable"
+    assert "driving_angle.max=89.5" in words
+
+
+@pytest.mark.parametrize(
+    ("sides", "name"), [((190.0, 277.0), "A4"), ((277.0, 190.0), "A4"), ((190.1, 277.0), "A3"), ((900.0, 900.0), None)]
+)
+def test_the_smallest_sheet_has_room_for_its_margins(sides: tuple[float, float], name: str | None) -> None:
+    assert smallest_sheet(*sides) == name
 
 
 @pytest.mark.parametrize(
@@ -246,7 +262,7 @@ def test_lengths_on_paper_and_in_the_file_are_said() -> None:
     paper = {"cell_mm": 5.0, "return_mm": -2.0, "width_mm": 70.0, "height_mm": 60.0, "return_units": -1.6}
     best, size = figure_lines([row(0, -0.4, chamfer=0.1, likeness=1.0, return_percent=-2.0, **paper)])
     assert "0.4 cells from the target = 1.6 units of the file = 2 mm on paper = 2 % of the target's size" in best
-    assert size == "its pattern is 70 × 60 mm, 5 mm a board cell"
+    assert size == "its pattern is 70 × 60 mm and fits A6, 5 mm a board cell"
 
 
 def test_trials_that_ended_early_are_named() -> None:

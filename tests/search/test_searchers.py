@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -102,6 +102,26 @@ def test_a_goal_ends_the_search_where_it_is_reached(searcher: Searcher) -> None:
         assert problem.done
         assert problem.improvements[: reached + 1] == whole.improvements[: reached + 1]
         assert problem.interactions == whole.improvements[reached].interaction
+
+
+def test_a_design_that_is_refused_at_the_goal_does_not_end_the_search(searcher: Searcher) -> None:
+    whole = cube_problem(3000)
+    search(searcher, whole, 5)
+    asked: list[tuple[int, ...]] = []
+
+    def vets(actions: Sequence[int], angle: int) -> bool:
+        asked.append(tuple(actions))
+        return len(asked) > 2
+
+    problem = cube_problem(3000, goal=whole.improvements[len(whole.improvements) // 2].value, vets=vets)
+    with suppress(SearchEnded):
+        search(searcher, problem, 5)
+    assert asked
+    assert problem.rejected >= min(len(asked), 2)
+    assert len(asked) <= 3
+    reached = [step.actions for step in problem.improvements if step.value >= problem.goal]
+    assert reached == asked[2:]
+    assert problem.done
 
 
 def test_a_search_that_goes_on_counts_and_exceeds_what_was_there(searcher: Searcher) -> None:

@@ -10,8 +10,9 @@ import math
 from collections import deque
 from typing import TYPE_CHECKING
 
-from origami_lab.search.neighbourhood.bench import BEST, REST, WORK, Bench
+from origami_lab.search.neighbourhood.bench import Bench
 from origami_lab.search.neighbourhood.changes import Change, cut, is_bare, random_move, shift, unchanged
+from origami_lab.search.neighbourhood.ground import BEST, REST, WORK
 from origami_lab.search.neighbourhood.one_run import LocalRun, RunDesign
 from origami_lab.search.neighbourhood.wandering import DRAWS
 from origami_lab.search.neighbourhood.wandering import random_move as play_random_move

@@ -7,21 +7,17 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from origami_lab.game.kernels.play import copy_to, step
-from origami_lab.game.kernels.state import PLACEMENT
+from origami_lab.game.kernels.play import copy_to
 from origami_lab.game.kernels.undo import note_dtype
 from origami_lab.game.move_table import ACTIONS, table_of
 from origami_lab.search.neighbourhood.changes import Change
-from origami_lab.search.neighbourhood.growth import DEPTHS, Room
+from origami_lab.search.neighbourhood.ground import DEPTHS, PLACE_DRAWS, WORK, Ground, Room, place_start
 from origami_lab.search.neighbourhood.known_strays import nothing_known
 from origami_lab.search.neighbourhood.one_run import RunDesign
 from origami_lab.search.neighbourhood.relaying import relay
 from origami_lab.search.neighbourhood.threshold import Aim
 from origami_lab.search.problem import Problem
 from origami_lab.search.random_stream import Draws
-
-WORK, REST, BEST = 0, 1, 2
-"""States: the one worked on, what was left of a design to grow from, the best that came of it."""
 
 _NOTHING = np.empty(0, dtype=np.int32)
 
@@ -51,6 +47,7 @@ class Bench:
             np.empty((DEPTHS, places), dtype=np.int32),
             nothing_known(),
         )
+        self.ground = Ground(self.positions.states, self.origin, self.rules, self.plain, self.room)
 
     @property
     def angles(self) -> range:
@@ -63,19 +60,24 @@ class Bench:
         problem.game.clear(states, i)
         problem.evaluator.clear(self.positions.memos, i)
         states["reach"][i] = min(int(states["reach"][i]), angle + 1)
+        self.fold_to(angle)
+
+    def fold_to(self, angle: int) -> None:
+        """What does not fold to this driving angle is refused from now on."""
         self.angle = angle
         self.rules["min_reach"] = self.plain["min_reach"] = angle + 1
 
     def place(self, angle: int) -> bool:
         """Begin with a random start pattern; False if it cost the last interaction."""
+        problem, draws = self.problem, self.draws
         self.begin(angle)
-        states = self.positions.states
-        while int(states["phase"][WORK]) == PLACEMENT and not self.problem.done:
-            legal = self.problem.game.legal(states, WORK)
-            self.problem.spend(1)
-            step(states, WORK, self.rules, int(legal[self.draws.below(len(legal))]), self.room.legal)
-            self.own = int(states["n_vertices"][WORK])
-        return not self.problem.done
+        draws.reserve(PLACE_DRAWS)
+        played = int(place_start(self.ground, draws.block, draws.used, problem.remaining))
+        if played > 0:
+            draws.use(played)
+            self.own = int(self.positions.states["n_vertices"][WORK])
+            self.spend(played)
+        return not problem.done
 
     def lay(self, change: Change, aim: Aim | None, angle: int, *, recheck: bool = False) -> None:
         """Lay a changed design (:func:`~.relaying.relay`), and count what that costs."""

@@ -14,18 +14,20 @@ from numpy.typing import NDArray
 
 from origami_lab.game.kernels.state import PLACEMENT
 from origami_lab.objectives.coverage_gain import cover_panels, new_coverage
-from origami_lab.search.neighbourhood.bench import BEST, REST, WORK, Bench
-from origami_lab.search.neighbourhood.changes import (
-    Change,
-    cut,
-    is_bare,
-    move_near,
-    parent_of,
-    random_move,
-    shift,
-    unchanged,
-)
+from origami_lab.search.neighbourhood.bench import Bench
+from origami_lab.search.neighbourhood.changes import unchanged
+from origami_lab.search.neighbourhood.draft import COURSE, new_draft, read_design, write_design
+from origami_lab.search.neighbourhood.ground import BEST, WORK
 from origami_lab.search.neighbourhood.growth import PAUSED, Effort, grow
+from origami_lab.search.neighbourhood.improving import (
+    BETWEEN,
+    CHANGE_DRAWS,
+    FOUND,
+    FOUND_FIRST,
+    SHORT,
+    Habits,
+    improve,
+)
 from origami_lab.search.neighbourhood.one_run import NONE_YET, LocalRun, RunDesign
 from origami_lab.search.neighbourhood.threshold import Aim, sheet_strays
 from origami_lab.search.problem import Problem
@@ -39,15 +41,19 @@ class Covering:
     """How runs improve where the objective says what is to be covered."""
 
     def __init__(self, problem: Problem, draws: Draws, settings: MethodNumbers) -> None:
-        evaluator, game = problem.evaluator, problem.game
+        evaluator = problem.evaluator
         self.problem, self.draws, self.settings = problem, draws, settings
         self.bench = Bench(problem, draws)
         self.target = evaluator.compiled_bound  # type: ignore[attr-defined]
         self.coverage = new_coverage(evaluator.compiled_cover)  # type: ignore[attr-defined]
-        self.points = self.coverage.samples.triangles[:, 0].copy()
+        samples = len(self.coverage.order)
         self.spacing = settings.panel_spacing if getattr(evaluator, "panels_bound", False) else 0.0
-        self.temperature = settings.temperature * len(self.points)
-        self.matrices = game.rules.record["matrices"][0][: game.symmetry.order].copy()
+        self.habits = Habits(
+            *(settings.near, settings.parent, settings.shift, settings.flip, settings.more, settings.noise),
+            *(settings.regrowths, settings.idle_changes, settings.temperature * samples),
+        )
+        self.draft, self.course = new_draft(self.bench.positions.states, samples), np.zeros(1, dtype=COURSE)
+        self.course["budget"] = problem.budget
         narrow = self._effort(settings.places, settings.actions)
         self.efforts = narrow, self._effort(settings.wide_places, settings.wide_actions)
 
@@ -70,14 +76,20 @@ class Covering:
         """Go on with a run until so many interactions are played in all, or so many since its last success."""
         problem = self.problem
         run.last = problem.interactions
+        self.take_up(run)
         while not problem.done and problem.interactions < until and problem.interactions - run.last < patience:
-            before = problem.interactions
-            if run.design is None:
-                self.construct(run)
-            else:
-                self.vary(run)
-            run.idle = run.idle + 1 if problem.interactions <= before + 1 else 0
-            if run.idle >= self.settings.idle_changes:
+            why = self.go_on(run, min(until, run.last + patience))
+            if why in (FOUND_FIRST, FOUND):
+                before = int(self.course["before"][0])
+                i, left = (BEST if why == FOUND else WORK), int(self.course["best"][0])
+                uncovered = self.draft.best_uncovered if why == FOUND else self.coverage.order
+                design = self.bench.read(i, uncovered[:left].copy())
+                if why == FOUND_FIRST:
+                    run.design = design
+                self.judge(run, i, design)
+                run.idle = run.idle + 1 if problem.interactions <= before + 1 else 0
+                self.take_up(run)
+            if run.idle >= self.settings.idle_changes and why != SHORT:
                 break
 
     def relax(self, run: LocalRun) -> bool:
@@ -90,62 +102,42 @@ class Covering:
 
     # --- one run -----------------------------------------------------------------------------------------------------
 
-    def construct(self, run: LocalRun) -> None:
-        """A first design: the start pattern, grown."""
-        bench, problem = self.bench, self.problem
-        before = problem.interactions
-        aim = self._aim(run)
-        bench.place(run.angle)
-        states = bench.positions.states
-        if problem.done or sheet_strays(states[WORK], bench.rules[0], aim, 0, 0):
-            bench.spend(int(problem.interactions == before))
-            return
-        left = self.grow(run, aim, self.covered(aim), -1)
-        if int(states["n_extensions"][WORK]) == 0 and left > 0:
-            bench.spend(int(problem.interactions == before))
-            return
-        run.design = bench.read(WORK, self._uncovered(left))
-        self.judge(run, WORK, run.design)
+    def take_up(self, run: LocalRun) -> None:
+        """Hand a run to compiled code."""
+        course = self.course
+        write_design(run.design, self.draft, course)
+        course["phase"], course["idle"], course["lowest"], course["laid"] = (
+            BETWEEN,
+            run.idle,
+            run.lowest,
+            self.bench.own,
+        )
+        self.bench.fold_to(run.angle)
 
-    def vary(self, run: LocalRun) -> None:
-        """One change of the design, grown again a few times; the best of these is taken or left."""
-        bench, design = self.bench, run.design
-        assert design is not None
-        aim, change = self._aim(run), self.change(design)
-        if change is None:
-            return
-        bench.lay(change, aim, run.angle)
-        rest = self.covered(aim)
-        bench.copy(REST, WORK)
-        best, uncovered = NONE_YET, self._uncovered(0)
-        for again in range(self.settings.regrowths):
-            if again > 0:
-                bench.copy(WORK, REST)
-            left = self.grow(run, aim, rest, len(design.uncovered))
-            if left < best:
-                best, uncovered = left, self._uncovered(left)
-                bench.copy(BEST, WORK)
-            if best == 0 or self.problem.done:
-                break
-        if best == 0 or best < run.lowest:
-            self.judge(run, BEST, bench.read(BEST, uncovered))
-        elif best <= len(design.uncovered) - self.temperature * math.log(max(self.draws.one(), 1e-300)):
-            run.design = bench.read(BEST, uncovered)
+    def go_on(self, run: LocalRun, stop: float) -> int:
+        """Change the run's design until one is to be judged, or so many interactions are played; returns why.
 
-    def change(self, design: RunDesign) -> Change | None:
-        """What is changed: a move near something uncovered, or any, is cut away, or a vertex of it is shifted."""
-        s, draws = self.settings, self.draws
-        if is_bare(design):
-            return unchanged(design)
-        chosen = random_move(design, draws)
-        if len(design.uncovered) and draws.one() < s.near:
-            point = self.points[design.uncovered[draws.below(len(design.uncovered))]]
-            chosen = move_near(design, point, self.matrices, s.noise, draws)
-            if draws.one() < s.parent:
-                chosen = int(parent_of(design.moves, chosen))
-        if draws.one() < s.shift:
-            return shift(design, chosen, self.problem.game.rules.half, s.flip, draws)
-        return cut(design, chosen, s.more, draws)
+        The run is as it is then, save for what is to be judged.
+        """
+        bench, draws, problem, course = self.bench, self.draws, self.problem, self.course
+        aim, effort, why = self._aim(run), self.efforts[run.wide], SHORT
+        line = bench.ground, aim, effort, self.habits, self.coverage, self.draft, course, float(stop)
+        while why == SHORT and not problem.done:
+            course["interactions"], course["looked"] = problem.interactions, 0
+            why, draws.used = improve(*line, draws.block, draws.used)
+            problem.places_evaluated += int(course["looked"][0]) if effort.look else 0
+            bench.spend(int(course["interactions"][0]) - problem.interactions)
+            if why == SHORT:
+                draws.reserve(max(self._draws_of_a_move(effort), draws.available + 1))
+        bench.own, run.idle = int(course["laid"][0]), int(course["idle"][0])
+        if course["has_design"][0]:
+            run.design = read_design(self.draft, course)
+        return int(why)
+
+    def _draws_of_a_move(self, effort: Effort) -> int:
+        """Random numbers at hand for a change, or for a move of growth: no fewer than either asks for."""
+        places = int(self.bench.room.lists.shape[1])
+        return CHANGE_DRAWS + self.problem.game.rules.capacity + (effort.actions + 1) * places
 
     def judge(self, run: LocalRun, i: int, design: RunDesign) -> None:
         """Score a design that leaves less uncovered than any before; with nothing left lower the threshold."""
@@ -153,6 +145,7 @@ class Covering:
         if problem.done:
             return
         rejected = problem.rejected
+        problem.evaluator.clear(bench.positions.memos, i)
         # measuring surfaces is slow: only what is a new best is measured to the end
         value = bench.score(i, problem.best_value if self.spacing > 0.0 else -math.inf)
         if problem.rejected > rejected:
@@ -186,15 +179,14 @@ class Covering:
     def covered(self, aim: Aim) -> int:
         """Cover what the sheet comes near; returns how many samples are left."""
         s, r = self.bench.positions.states[WORK], self.bench.rules[0]
-        return int(cover_panels(s, r, aim.angle, 0, self.coverage, aim.threshold, len(self.points)))
+        return int(cover_panels(s, r, aim.angle, 0, self.coverage, aim.threshold, len(self.coverage.order)))
 
     def grow(self, run: LocalRun, aim: Aim, left: int, goal: int) -> int:
         """Grow the sheet; returns how many samples are left uncovered."""
         bench, draws, problem = self.bench, self.draws, self.problem
         effort, why, failed = self.efforts[run.wide], PAUSED, 0
-        need = 8 + problem.game.rules.capacity + (effort.actions + 1) * bench.room.lists.shape[1]
         while why == PAUSED and not problem.done:
-            draws.reserve(need)
+            draws.reserve(self._draws_of_a_move(effort))
             why, left, failed, draws.used, played, looked = grow(
                 *(bench.positions.states, WORK, bench.rules, aim, effort, self.coverage, left, goal, failed),
                 *(bench.room, draws.block, draws.used, problem.remaining),

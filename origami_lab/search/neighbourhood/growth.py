@@ -28,19 +28,16 @@ from origami_lab.game.kernels.state import (
     point_x,
     point_y,
 )
-from origami_lab.game.kernels.undo import Notes, play_noted, restore
+from origami_lab.game.kernels.undo import play_noted, restore
 from origami_lab.game.move_table import source_is_legal
 from origami_lab.jit import bare, inlined, kernel
 from origami_lab.objectives.coverage_gain import Coverage, cover_panels
-from origami_lab.search.neighbourhood.known_strays import KnownStrays, is_known, learn, list_key, mixed
+from origami_lab.search.neighbourhood.ground import DEPTHS, Room
+from origami_lab.search.neighbourhood.known_strays import is_known, learn, list_key, mixed
 from origami_lab.search.neighbourhood.threshold import Aim, child_strays, seam_strays
-from origami_lab.search.random_stream import Actions
 
 # why growth stopped
 GROWN, PAUSED = 0, 1
-
-DEPTHS = 3
-"""Children of an extension: lists of places that are open at once."""
 
 
 class Effort(NamedTuple):
@@ -72,18 +69,6 @@ class Effort(NamedTuple):
     source: float
     noise: float
     look: bool
-
-
-class Room(NamedTuple):
-    """What growth writes to besides the state: notes to take actions back, legal actions, open lists, known strays.
-
-    Each of the :data:`DEPTHS` lists has room for all places that a child of one leaf can have.
-    """
-
-    notes: Notes
-    legal: Actions
-    lists: NDArray[np.int32]
-    known: KnownStrays
 
 
 @bare
@@ -290,7 +275,7 @@ def grow(
         sample = coverage.order[int(draws[used] * uncovered)]
         lays_source, which, upward, idles = draws[used + 1], draws[used + 2], draws[used + 3], draws[used + 4]
         used += 5
-        v, used = leaf_near(s, r, aim.angle, coverage.samples.triangles[sample, 0], effort.noise, draws, used)
+        v, used = leaf_near(s, r, aim.angle, coverage.points[sample], effort.noise, draws, used)
         if v < 0 or lays_source < effort.source:
             actions = play_source(s, r, which, limit - played)
             if actions > 0:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from origami_lab.search.neighbourhood.accepting import Accepting
-from origami_lab.search.neighbourhood.bench import WORK
 from origami_lab.search.neighbourhood.covering import Covering
+from origami_lab.search.neighbourhood.ground import WORK
 from origami_lab.search.neighbourhood.method_numbers import MethodNumbers
 from origami_lab.search.neighbourhood.portfolio import Portfolio
 from origami_lab.search.neighbourhood.saved_runs import load_portfolio, save_portfolio

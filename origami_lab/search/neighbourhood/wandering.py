@@ -10,7 +10,7 @@ from origami_lab.game.kernels.state import NOT_FOLDABLE, SELECTION, States, boar
 from origami_lab.game.kernels.undo import play_noted
 from origami_lab.game.move_table import ACTIONS, take_back
 from origami_lab.jit import kernel
-from origami_lab.search.neighbourhood.growth import Room
+from origami_lab.search.neighbourhood.ground import Room
 from origami_lab.search.random_stream import Actions
 
 DRAWS = ACTIONS

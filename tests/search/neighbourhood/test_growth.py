@@ -18,9 +18,9 @@ from origami_lab.game.start_laying import play_move
 from origami_lab.game.start_patterns import Crease, Square
 from origami_lab.geometry.bvh import distances
 from origami_lab.objectives.shape import ShapeEvaluator, ShapeObjective
-from origami_lab.search.neighbourhood.bench import WORK
 from origami_lab.search.neighbourhood.changes import Change, cut, random_move, shift
 from origami_lab.search.neighbourhood.covering import Covering
+from origami_lab.search.neighbourhood.ground import WORK
 from origami_lab.search.neighbourhood.one_run import LocalRun
 from origami_lab.search.neighbourhood.search import NeighbourhoodSearch
 from origami_lab.search.neighbourhood.threshold import Aim
@@ -147,7 +147,7 @@ def test_what_is_known_to_stray_strays(name: str, distance: str) -> None:
             if forgetful:
                 known.thresholds[:] = -math.inf
             if grown.run.design is not None:
-                covering.vary(grown.run)
+                covering.improve(grown.run, grown.problem.interactions + 1)
             actions = grown.states["actions"][WORK][: int(grown.states["n_actions"][WORK])]
             found.append((grown.run.threshold, grown.problem.interactions, actions.tolist()))
         return found, grown.problem.places_evaluated
