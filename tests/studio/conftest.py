@@ -10,8 +10,9 @@ import pytest
 from tests.studio.driving import CHROMIUM, FLAGS, Page, Server, browser_page, studio
 
 
-@pytest.fixture(scope="package")
+@pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
+    """One a module: while its driver runs, nothing else in this process may run an event loop."""
     playwright = pytest.importorskip("playwright.sync_api")
     with playwright.sync_playwright() as driver:
         found = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
@@ -19,7 +20,7 @@ def browser() -> Iterator[Any]:
         found.close()
 
 
-@pytest.fixture(scope="package")
+@pytest.fixture(scope="module")
 def gallery(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     """A studio that was opened without anything."""
     with studio(tmp_path_factory.mktemp("gallery")) as running:
