@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+from numba.core import types
 from numba.core.cpu import CPUTargetOptions
 from numba.core.event import Listener, install_listener
 from numba.extending import overload
@@ -82,7 +83,6 @@ def asked_widely(function: Any) -> Any:
 
 def _widest(kind: Any) -> Any:
     """The type that stands for all of its kind as an argument."""
-    types: Any = numba.types  # numba tells type checkers of few of them
     kind = types.unliteral(kind)
     if isinstance(kind, types.BaseTuple) and type(kind) in (types.Tuple, types.UniTuple):
         return types.Tuple([_widest(each) for each in kind])

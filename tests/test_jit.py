@@ -73,7 +73,7 @@ def test_whoever_calls_first_decides_nothing() -> None:
 
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
 def test_one_version_answers_for_all_kinds_of_whole_numbers() -> None:
-    """Called from a kernel with narrow ones, constants and pairs of them."""
+    """Called from kernels with narrow ones, constants and pairs of them; of arrays and real numbers each has its own."""
 
     @bare
     def inner(rows: NDArray[np.int32], at: int, pair: tuple[int, int], scale: float) -> float:
