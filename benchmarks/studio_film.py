@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 import tempfile
+import time
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -18,8 +19,10 @@ from playwright.sync_api import sync_playwright
 from tests.studio.driving import CHROMIUM, FLAGS, Page, browser_page, studio, wait_for
 
 SIZE = {"width": 1180, "height": 790}
-WIDTH = 760
-COLOURS = 96
+WIDTH = 880
+COLOURS = 240
+WATCHED = 20.0
+"""Seconds for which an improvement is watched."""
 MODE = 1
 """Rigid body mode of the extension by hand."""
 
@@ -32,22 +35,22 @@ class Film:
         self.frames: list[tuple[Image.Image, float]] = []
 
     def shoot(self, seconds: float = 0.6) -> None:
+        self.tab.evaluate("scrollTo(0, 0)")
         with Image.open(BytesIO(self.tab.screenshot())) as picture:
             size = WIDTH, round(picture.height * WIDTH / picture.width)
             self.frames.append((picture.convert("RGB").resize(size, Image.Resampling.LANCZOS), seconds))
 
     def save(self, path: Path) -> None:
         """One palette for all frames, so that what stays the same costs nothing."""
-        last = self.frames[-1][0].quantize(COLOURS, dither=Image.Dither.NONE)
-        pictures = [picture.quantize(palette=last, dither=Image.Dither.NONE) for picture, _ in self.frames]
+        frames = [picture for picture, _ in self.frames]
+        width, height = frames[0].size
+        all_of_them = Image.new("RGB", (width, height * len(frames)))
+        for k, picture in enumerate(frames):
+            all_of_them.paste(picture, (0, height * k))
+        palette = all_of_them.quantize(COLOURS, dither=Image.Dither.NONE)
+        pictures = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in frames]
         durations = [round(1000 * seconds) for _, seconds in self.frames]
         pictures[0].save(path, save_all=True, append_images=pictures[1:], duration=durations, loop=0, optimize=True)
-
-
-def another(page: Page, seen: str) -> str:
-    """The title of the next proposal."""
-    wait_for(lambda: page.text("besideTitle") not in ("", seen), 300)
-    return page.text("besideTitle")
 
 
 def design(page: Page, film: Film) -> None:
@@ -69,19 +72,22 @@ def design(page: Page, film: Film) -> None:
     film.shoot(1.0)
     tab.click("[data-task=suggest]")
     wait_for(lambda: "leads to" in page.text("besideTitle"), 300)
-    tab.wait_for_timeout(500)
+    tab.locator("#proposals button", has_text="extend").first.click()
+    tab.wait_for_timeout(800)
     film.shoot(1.8)
     page.press("take")
     tab.wait_for_timeout(400)
     film.shoot(1.0)
     tab.select_option("#budget", "5000000")
     tab.click("[data-task=improve]")
-    seen = ""
-    for _ in range(4):
-        seen = another(page, seen)
-        tab.wait_for_timeout(300)
-        film.shoot(0.7)
-        tab.wait_for_timeout(2500)
+    wait_for(lambda: "improve: return" in page.text("besideTitle"), 300)
+    seen, ends = "", time.monotonic() + WATCHED
+    while time.monotonic() < ends:
+        if (title := page.text("besideTitle")) != seen:
+            seen = title
+            film.shoot(0.7)
+        tab.wait_for_timeout(50)
+    film.shoot(1.2)
     tab.click("#stop")
     wait_for(lambda: tab.is_hidden("#stop"))
     page.press("take")
@@ -91,7 +97,10 @@ def design(page: Page, film: Film) -> None:
     for part in (0, 0.2, 0.4, 0.6, 0.8, 1):
         tab.evaluate(f"slider.value = {part * most}; slider.dispatchEvent(new Event('input'))")
         tab.wait_for_timeout(120)
-        film.shoot(0.18 if part < 1 else 2.5)
+        film.shoot(0.18 if part < 1 else 1.2)
+    tab.click("#best")
+    tab.wait_for_timeout(200)
+    film.shoot(2.5)
 
 
 def main() -> None:

@@ -12,6 +12,7 @@ from pathlib import Path
 from origami_lab.commands import whole
 from origami_lab.commands.parser import Parser
 from origami_lab.errors import InputError
+from origami_lab.files import expanded
 
 NEEDS = ("starlette", "uvicorn", "websockets")
 
@@ -31,6 +32,7 @@ def main(arguments: Sequence[str]) -> int:
         help="settings of a run (target=bowl), a saved design (a run, a trial, best.fold), or a mesh (part.stl);"
         " nothing for a gallery; output=DIR to save below it (default: results/studio/TIME)",
     )
+    parser.add_argument("-cd", "--config-dir", metavar="DIR", help="a folder with options of your own, as for a run")
     parser.add_argument("--port", metavar="N", help="port to listen on (default: 8642, or any free one)")
     parser.add_argument("--no-open", action="store_true", help="print the address, and open no browser")
     options = parser.parse_intermixed_args(arguments)
@@ -42,6 +44,9 @@ def main(arguments: Sequence[str]) -> int:
         raise InputError("--port", port, "must be at most 65535")
     outputs = [word for word in options.words if word.startswith("output=")]
     words = [word for word in options.words if word not in outputs]
+    own = None if options.config_dir is None else expanded(options.config_dir)
+    if own is not None and not own.is_dir():
+        raise InputError("--config-dir", options.config_dir, "there is no such folder")
     output = _folder(outputs[-1].removeprefix("output=")) if outputs else None
 
     from origami_lab.config.compose import working_directory_importable
@@ -49,11 +54,11 @@ def main(arguments: Sequence[str]) -> int:
     from origami_lab.studio.server import StudioServer, listen, serve_studio
 
     with listen(port) as listening, working_directory_importable():
-        opened = open_design(words) if words else None
+        opened = open_design(words, own) if words else None
         if opened is not None:
             for line in opened.settings.part_lines:
                 print(line, file=sys.stderr)
-        studio = StudioServer(opened, output, listening.getsockname()[1])
+        studio = StudioServer(opened, output, listening.getsockname()[1], own)
 
         def ready() -> None:
             print(f"the studio: {studio.address}", flush=True)
@@ -67,8 +72,6 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def _folder(text: str) -> Path:
-    from origami_lab.files import expanded
-
     path = expanded(text)
     if not text.strip() or (path.exists() and not path.is_dir()):
         raise InputError("output", text, "must be a folder")

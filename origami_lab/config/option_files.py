@@ -106,17 +106,17 @@ def options_of(folder: Path) -> list[str]:
     return sorted(file.as_posix() for file in files if not file.as_posix().startswith("_"))
 
 
-def read_options(group: str) -> dict[str, dict[str, Any]]:
-    """The contents of a group's options by name, those of ``--config-dir`` included."""
+def read_options(group: str, folder: Path | None = None) -> dict[str, dict[str, Any]]:
+    """The contents of a group's options by name, those of ``--config-dir`` and of another such folder included."""
     from hydra.core.hydra_config import HydraConfig
 
     sources = HydraConfig.get().runtime.config_sources if HydraConfig.initialized() else []
     own = [Path(source.path) for source in sources if source.provider == "command-line" and source.path]
-    folders = [folder / group for folder in (config_dir(), *own)]
+    folders = [place / group for place in (config_dir(), *own, *([folder] if folder else []))]
     return {
-        name: yaml.safe_load((folder / f"{name}.yaml").read_text(encoding="utf-8")) or {}
-        for folder in folders
-        for name in options_of(folder)
+        name: yaml.safe_load((place / f"{name}.yaml").read_text(encoding="utf-8")) or {}
+        for place in folders
+        for name in options_of(place)
     }
 
 

@@ -18,6 +18,7 @@ from origami_lab.game.kernels.play import replay_unchecked
 from origami_lab.game.kernels.state import FIRST, SECOND, SELECTION, STATUS_NAMES, THIRD, States
 from origami_lab.game.moves import Extend, Move, Place, Point, Source
 from origami_lab.studio.design_board import PHASES, DesignBoard
+from origami_lab.studio.motion_limits import closing_angles, motion_end
 from origami_lab.studio.replies import (
     Ghost,
     Leaf,
@@ -27,12 +28,15 @@ from origami_lab.studio.replies import (
     SheetState,
     SourceSegment,
     TellBoard,
+    TellMotion,
     TellPointed,
     Worth,
 )
 
 STEP = math.radians(3.0)
 """Between two states of the motion that the page has; it moves in straight lines between them."""
+FOLDS = {-1: "mountain", 1: "valley"}
+"""Rigid body modes and signs of driven creases in the page's words."""
 NOTHING_MORE = {
     "terminated": "the game was ended here; undo to go on",
     "stuck": "nothing more can be extended",
@@ -58,11 +62,29 @@ def sheet_data(game: Game, actions: Sequence[int]) -> SheetData | None:
     if not int(states["n_vertices"][0]):
         return None
     reach = int(states["reach"][0])
-    design = game.motion(actions, fine_angles(float(game.angles[reach - 1])))
-    fold = as_fold_file(design)
+    angles = closing_angles(game, actions, fine_angles(float(game.angles[reach - 1])))
+    fold = as_fold_file(game.motion(actions, angles))
     data = viewer_data(fold, None, fold.best)
     # not validated: thousands of numbers that are ours
     return SheetData.model_construct(**{**data, "states": [SheetState.model_construct(**at) for at in data["states"]]})
+
+
+def motion_told(revision: int, game: Game, actions: Sequence[int]) -> TellMotion:
+    """The end of a design's motion, with the states up to there that :func:`sheet_data` has not."""
+    end = motion_end(game, actions)
+    last = float(game.angles[int(game.replay(actions)["reach"][0]) - 1])
+    further = math.radians(end.free_to) - last
+    angles = last + fine_angles(further) if further > 1e-6 else np.empty(0)
+    design = game.motion(actions, closing_angles(game, actions, np.array([last, *angles])))
+    fold = as_fold_file(design)
+    states = [SheetState.model_construct(**at) for at in viewer_data(fold, None, fold.best)["states"][2:]]
+    meeting = {frozenset(triangle.tolist()) for triangle in end.meeting}
+    panels = {
+        int(panel)
+        for triangle, panel in zip(design.triangles.tolist(), design.triangle_panels, strict=True)
+        if frozenset(triangle) in meeting
+    }
+    return TellMotion(revision=revision, free_to=end.free_to, ends=end.ends, panels=sorted(panels), further=states)
 
 
 def board_view(
@@ -87,6 +109,7 @@ def board_view(
         mode=int(state["mode"]) if placing else 0,
         children=board.chosen_points,
         worth=worth_of(board),
+        scoring=not board.is_scored,
         undo=board.at,
         redo=len(board.steps) - 1 - board.at,
         vertices=counts[0],
@@ -156,7 +179,9 @@ def _middle_ghost(board: DesignBoard, at: Point) -> Ghost:
     leaf, first, second = board.selected_point, *board.chosen_points
     game.play(trial, board.location(at))
     angles = fine_angles(float(game.angles[int(trial["reach"][0]) - 1]))
-    points = motion_points(game, game.finished_actions(trial), angles)
+    actions = game.finished_actions(trial)
+    angles = closing_angles(game, actions, angles)
+    points = motion_points(game, actions, angles)
     # the new triangles of the representatives and their images
     new = game.sheet(_only_triangles(trial, before)).triangles
     used, numbers = np.unique(new, return_inverse=True)
@@ -227,20 +252,27 @@ def _all_images(game: Game, creases: list[list[int]]) -> list[list[int]]:
 
 
 def proposal_of(
-    game: Game, number: int, moves: Sequence[Move], present: int, worth: Worth | None, says: str
+    game: Game, number: int, present: Sequence[int], offered: Sequence[int], worth: Worth | None, says: str
 ) -> Proposal:
-    """A proposal with the creases that its moves add to the present ones."""
-    creases: list[list[int]] = []
-    for move in moves[present:]:
-        if isinstance(move, Extend):
-            creases += [[*move.leaf, *child] for child in (move.a, move.b, move.c)]
-    return Proposal(number=number, worth=worth, says=says, creases=_all_images(game, creases))
+    """A proposal, both designs as logs of actions, with the creases that it has and the present one has not."""
+    added = _creases_of(game, offered) - _creases_of(game, present)
+    return Proposal(number=number, worth=worth, says=says, creases=[list(ends) for ends in sorted(added)])
+
+
+def _creases_of(game: Game, actions: Sequence[int]) -> set[tuple[int, ...]]:
+    """The creases (x, y, x, y) of a sheet, with all images; driven ones that are on its boundary among them."""
+    states = game.replay(actions)
+    if not int(states["n_vertices"][0]):
+        return set()
+    sheet = game.sheet(states)
+    return {tuple(int(t) for end in sorted(sheet.flat[[u, v]].tolist()) for t in end) for u, v in sheet.creases}
 
 
 def spoken(move: Move) -> str:
     """A move in a few words."""
     if isinstance(move, Extend):
-        return f"extend ({move.leaf[0]}, {move.leaf[1]}), mode {move.mode:+d}".replace("-", "−")
+        leaf, *children = (f"({x}, {y})".replace("-", "−") for x, y in (move.leaf, move.a, move.c, move.b))
+        return f"extend {leaf} to {', '.join(children)}, {FOLDS[move.mode]}"
     if isinstance(move, Source):
-        return f"driven crease at ({move.leaf[0]}, {move.leaf[1]})".replace("-", "−")
+        return f"driven crease at ({move.leaf[0]}, {move.leaf[1]}), {FOLDS[move.sign]}".replace("-", "−")
     return "start pattern" if isinstance(move, Place) else move.kind

@@ -31,7 +31,8 @@ from origami_lab.game.kernels.state import (
 )
 from origami_lab.game.legality import Reason, reaches, why_no_further, why_not_leaf, why_not_place
 from origami_lab.game.moves import Move, Point, Terminate
-from origami_lab.objectives.objective import Score, bind
+from origami_lab.objectives.objective import Score
+from origami_lab.studio.design_scores import DesignScores
 from origami_lab.studio.legal_starts import Segment, free_segments, point_of, start_outlines
 
 MOST_TRIED = 150
@@ -65,7 +66,7 @@ class DesignBoard:
 
     def __init__(self, game: Game, objective: Any, actions: Sequence[int] | None = None) -> None:
         self.game, self.objective = game, objective
-        self.evaluator = bind(objective, game)
+        self.scores = DesignScores(objective, game)
         self.steps = [Step(game.start_actions, "start")]
         self.at = 0
         self.states = game.new_states(1)
@@ -107,15 +108,14 @@ class DesignBoard:
         """The state of the last step, without what is not complete."""
         return self.states if self.phase == SELECTION else self.game.replay(self.actions)
 
+    @property
+    def is_scored(self) -> bool:
+        """Whether :meth:`score` knows the return of the design: a user's objective takes its time."""
+        return self.scores.knows(self.actions)
+
     def score(self) -> Score | None:
         """The return of the design as it stands, and the index of its driving angle; None where it has none."""
-        states = self._settled()
-        if not int(states["n_vertices"][0]):
-            return None
-        memos = self.evaluator.new_memos(1)
-        self.evaluator.clear(memos, 0)
-        score = self.evaluator.score(states, memos, 0)
-        return score if score.angle >= 0 and math.isfinite(score.value) else None
+        return self.scores.of(self.actions, self._settled())
 
     def playable(self, point: Point) -> Point:
         """The image of a board point that lies in the playable area."""

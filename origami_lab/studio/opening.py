@@ -34,13 +34,15 @@ class Opened:
     """Of a saved design; None where nothing has been played."""
     title: str = ""
     """What it was opened from."""
+    own: Path | None = None
+    """The folder with options of the user's own."""
 
 
-def open_design(words: Sequence[str]) -> Opened:
+def open_design(words: Sequence[str], own: Path | None = None) -> Opened:
     """Open what the command's words mean.
 
     What exists on disk is a path: the folder of a run (its best design) or of a trial, a FOLD file of ours, or a mesh.
-    All else is settings of a run.
+    All else is settings of a run, with the options of the folder ``own`` as with a run's ``--config-dir``.
 
     Raises
     ------
@@ -56,19 +58,19 @@ def open_design(words: Sequence[str]) -> Opened:
         raise InputError("studio", paths[1], f"is one too many: {paths[0]} is opened already")
     with working_directory_importable():
         if not paths:
-            return open_settings(overrides)
+            return open_settings(overrides, own)
         path = expanded(paths[0])
         if path.suffix.lower() in MESHES and path.is_file():
-            return replace(open_settings(["target=mesh", f"target.path={path}", *overrides]), title=path.name)
-        return _open_saved(path, overrides)
+            return replace(open_settings(["target=mesh", f"target.path={path}", *overrides], own), title=path.name)
+        return replace(_open_saved(path, overrides), own=own)
 
 
-def open_settings(overrides: Sequence[str]) -> Opened:
+def open_settings(overrides: Sequence[str], own: Path | None = None) -> Opened:
     """Open a game in which nothing has been played; raises InputError."""
-    settings = compose_settings(overrides)
+    settings = compose_settings(overrides, own)
     game = build_game(settings)
     target, objective = build_objective(settings)
-    return Opened(settings, game, objective, target, title=settings.task)
+    return Opened(settings, game, objective, target, title=settings.task, own=own)
 
 
 def _open_saved(path: Path, overrides: Sequence[str]) -> Opened:

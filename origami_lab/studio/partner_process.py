@@ -23,10 +23,14 @@ class PartnerProcess:
     ----------
     hear
         Called in the event loop with the order and each answer; where the process dies, with one that says so.
+    searches
+        Whether to have the searchers ready before there is an order.
     """
 
-    def __init__(self, settings: Settings, game: Game, hear: Callable[[Order, Any], None]) -> None:
-        self._settings, self._game, self._hear = settings, game, hear
+    def __init__(
+        self, settings: Settings, game: Game, hear: Callable[[Order, Any], None], *, searches: bool = True
+    ) -> None:
+        self._settings, self._game, self._hear, self._searches = settings, game, hear, searches
         self._loop = asyncio.get_running_loop()
         self._worker: WorkerProcess | None = None
         self.order: Order | None = None
@@ -37,7 +41,9 @@ class PartnerProcess:
     def start(self) -> None:
         """Have a process ready before there is an order."""
         if self._worker is None:
-            worker = WorkerProcess(serve, (self._settings, self._game), self._settings.objective_seconds)
+            worker = WorkerProcess(
+                serve, (self._settings, self._game, self._searches), self._settings.objective_seconds
+            )
             self._worker, self.is_ready = worker, False
             threading.Thread(target=self._listen, args=(worker,), daemon=True, name="partner").start()
 
@@ -89,7 +95,7 @@ class PartnerProcess:
             self._worker = None
             if order is not None:
                 self.order = None
-                self._hear(order, heard.what if heard is not None else Done(error="the partner's process died"))
+                self._hear(order, heard.what if heard is not None else Done(error="its process died"))
             return
         if order is None or heard.number != order.number:
             return

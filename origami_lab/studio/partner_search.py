@@ -26,6 +26,7 @@ from origami_lab.search.neighbourhood.given_design import state_of_design
 from origami_lab.search.neighbourhood.search import NeighbourhoodSearch
 from origami_lab.search.problem import Improvement, Outcome, Problem, SearchEnded, Searcher
 
+ROUNDING = 1e-9
 LOOKS, MOST_SUGGESTIONS = 6, 5
 """Short searches behind suggestions, and how many moves are suggested."""
 
@@ -159,19 +160,20 @@ class Partner:
     ) -> FoundDesign | None:
         """One search in a game; what exceeds the present worth is reported, and the best returned."""
         before, told = self.interactions, 0
+        present = shown = -math.inf if worth is None else worth[0]
 
         def look(problem: Problem) -> None:
-            nonlocal told
+            nonlocal told, shown
             self.interactions = before + problem.interactions
             best = problem.best_value
             self.report(SearchProgress(self.interactions, best if math.isfinite(best) else None))
             if len(problem.improvements) > told and not quiet:
                 told = len(problem.improvements)
-                if best > present:
+                if _is_better(best, shown):
+                    shown = best
                     last = problem.improvements[-1]
                     self.report(FoundDesign(last.value, last.angle, without_end(game.moves(last.actions))))
 
-        present = -math.inf if worth is None else worth[0]
         problem = Problem(
             game,
             self.objective,
@@ -188,9 +190,14 @@ class Partner:
             searcher.search(problem, np.random.default_rng(seed))
         look(problem)
         outcome = problem.outcome()
-        if not outcome.succeeded or not outcome.value > present:
+        if not outcome.succeeded or not _is_better(outcome.value, present):
             return None
         return FoundDesign(outcome.value, outcome.angle, without_end(game.moves(outcome.actions)))
+
+
+def _is_better(value: float, present: float) -> bool:
+    """Whether a return is above another one by more than rounding, by which a design and its mirror image differ."""
+    return value > present and (math.isinf(present) or value - present > ROUNDING * max(1.0, abs(present)))
 
 
 Make = Callable[[], Searcher]

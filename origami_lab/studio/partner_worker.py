@@ -12,13 +12,17 @@ from typing import Any
 from origami_lab.config.instantiate import build_objective, build_searcher
 from origami_lab.config.settings import Settings
 from origami_lab.errors import InputError
+from origami_lab.game.folded_sheet import FoldedSheet
 from origami_lab.game.game import Game
 from origami_lab.game.moves import Move, Point
+from origami_lab.objectives.objective import bind
 from origami_lab.runs.run_folder import FolderError
 from origami_lab.studio.design_figures import measure_design
 from origami_lab.studio.design_saving import SEED, ToSave, save_design
+from origami_lab.studio.design_scores import score_of
 from origami_lab.studio.partner_search import FoundDesign, Partner, SearchProgress
 from origami_lab.workers.call_limit import Calls
+from origami_lab.workers.guarded_objective import is_ours, watched
 from origami_lab.workers.worker_process import Orders, reason_of
 
 
@@ -80,14 +84,13 @@ class Certified:
     panels: tuple[int, ...]
 
 
-def serve(orders: Orders, calls: Calls, settings: Settings, game: Game) -> None:
-    """Take orders until the parent has no more or goes away."""
-    from origami_lab.workers.guarded_objective import watched
-
+def serve(orders: Orders, calls: Calls, settings: Settings, game: Game, searches: bool) -> None:
+    """Take orders until the parent has no more or goes away; ``searches`` has the searchers ready before."""
     target, objective = build_objective(settings)
     objective = watched(objective, calls)
-    with suppress(Exception):
-        _warm_up(settings, game, objective)
+    if searches:
+        with suppress(Exception):
+            _warm_up(settings, game, objective)
     orders.say(Heard(READY, None))
     while (order := orders.next()) is not None:
         if not isinstance(order, Order):  # to stop what has ended meanwhile
@@ -129,6 +132,8 @@ def _carry_out(
             partner.improve(actions, worth, make, order.budget, order.seed)
         case "repair":
             partner.repair(actions, worth, make, order.budget, order.seed, order.region)
+        case "score":
+            return score_of(bind(objective, game), game.replay(actions))
         case "measure":
             assert worth is not None
             return measure_design(game, objective, actions, worth[1])
@@ -197,9 +202,18 @@ def _export(run: Path, name: str) -> tuple[str, bytes]:
     return file.name, file.read_bytes()
 
 
+class Indifferent:
+    """An objective that likes all designs alike: stands in for one of the user's, whose calls may take long."""
+
+    def score(self, sheet: FoldedSheet) -> float:
+        """Nothing."""
+        return 0.0
+
+
 def _warm_up(settings: Settings, game: Game, objective: Any) -> None:
     """Load, and on a new installation compile, what the partners need, before anybody waits for it."""
     from origami_lab.search.neighbourhood.search import NeighbourhoodSearch
 
-    quiet = Partner(settings, game, objective, lambda what: None, lambda: False)
+    stand_in = objective if is_ours(objective) else Indifferent()
+    quiet = Partner(settings, game, stand_in, lambda what: None, lambda: False)
     quiet.improve(game.bare_start(), None, NeighbourhoodSearch, 400, 0)

@@ -21,7 +21,7 @@ from origami_lab.studio.design_saving import ToSave
 from origami_lab.studio.messages import AskExport, AskPartner, AskProposal, Message
 from origami_lab.studio.opening import Opened
 from origami_lab.studio.partner_process import PartnerProcess
-from origami_lab.studio.partner_search import FoundDesign, SearchProgress
+from origami_lab.studio.partner_search import FoundDesign, SearchProgress, without_end
 from origami_lab.studio.partner_worker import Certified, Done, Order, Suggested
 from origami_lab.studio.replies import (
     Mark,
@@ -88,7 +88,8 @@ class Partnership:
         self._next: tuple[str, str] | None = None
         """What follows once the design is saved: a task, and a format."""
         self._saved_actions: tuple[int, ...] | None = None
-        self._present = 0
+        self._present: tuple[int, ...] = ()
+        """The design that a partner began with."""
 
     def ready(self) -> None:
         """Have the process load what it needs while the design begins."""
@@ -130,11 +131,13 @@ class Partnership:
             return
         if not self.board.is_placed:
             raise Refused("lay the start pattern first")
+        if task != "certify":
+            self._require_score()
         if task == "measure" and self._worth() is None:
             raise Refused("there is nothing to measure yet: the design has no return")
         node = None
         if task in SEARCHES:
-            node = read_options("search").get(request.searcher, {}).get("search")
+            node = read_options("search", self.opened.own).get(request.searcher, {}).get("search")
             if node is None:
                 raise Refused("there is no such searcher")
             self.offers = []
@@ -142,7 +145,7 @@ class Partnership:
         region = tuple(request.region)
         if task == "repair" and not region:
             raise Refused("select a region of the board first")
-        self._present = len(self.board.moves)
+        self._present = self.board.actions
         self._give(task, search=node, budget=request.budget, seed=self._orders, region=region)
         if task in SEARCHES:
             asked = {"searcher": request.searcher, "budget": request.budget, "seed": self._orders - 1}
@@ -159,6 +162,10 @@ class Partnership:
         )
         self.send(TellPartner(task=task, running=True, says=BEGINS[task] + loads))
 
+    def _require_score(self) -> None:
+        if not self.board.is_scored:
+            raise Refused("the objective is still at work on this design: wait for its return")
+
     def _worth(self) -> tuple[float, int] | None:
         score = self.board.score()
         return None if score is None else (score.value, score.angle)
@@ -173,9 +180,15 @@ class Partnership:
 
     def _save(self) -> None:
         worth = self._worth()
-        if not self.board.has_design or worth is None:
+        try:
+            self._require_score()
+            if not self.board.has_design:
+                raise Refused("there is nothing to save yet: extend a leaf first")
+            if worth is None:
+                raise Refused("it has no return, and cannot be saved")
+        except Refused:
             self._next = None
-            raise Refused("there is nothing to save yet: extend a leaf first")
+            raise
         path = self.path or self._folder(self.opened.settings.task)
         played = self.interactions + len(self.board.actions)
         made = ToSave(path, self.board.actions, *worth, played, self._seconds(), tuple(self.history))
@@ -257,15 +270,14 @@ class Partnership:
         return Worth(value=value, angle=math.degrees(self.opened.game.angles[angle]))
 
     def _offer(self, task: str, offers: list[Offer]) -> None:
-        self.offers = offers
-        present = self._present
-        proposals = []
+        self.offers, game, proposals = offers, self.opened.game, []
+        present = without_end(game.moves(self._present))
         for number, offer in enumerate(offers):
             one = offer.next_move
-            moves = offer.moves if one is None else (*self.board.moves, one)
+            moves = offer.moves if one is None else (*present, one)
             says = f"{len(offer.moves)} moves" if one is None else spoken(one)
-            shown = len(moves) - 1 if one is not None else present
-            proposals.append(proposal_of(self.opened.game, number, moves, shown, offer.worth, says))
+            offered = game.finished_actions(game.replay_moves(moves))
+            proposals.append(proposal_of(game, number, self._present, offered, offer.worth, says))
         self.send(TellProposals(task=task, proposals=proposals))
 
     def _about_offers(self, request: AskProposal) -> None:

@@ -99,6 +99,13 @@ class TellWelcome(Message):
     """Whether a design was named when the studio was started: it follows."""
 
 
+class TellOpening(Message):
+    """What is waited for before a design can be played."""
+
+    kind: Literal["opening"] = "opening"
+    says: str
+
+
 class TellOpened(Message):
     """What a design is for, and in which game it is played."""
 
@@ -144,6 +151,8 @@ class TellBoard(Message):
     children: list[BoardPoint]
     """Placed so far."""
     worth: Worth | None
+    scoring: bool
+    """Whether the objective, one of the user's, is still at work on its return: the board is told again then."""
     undo: int
     redo: int
     vertices: int
@@ -176,6 +185,10 @@ class TellMotion(Message):
     free_to: float
     ends: Literal["collides", "closes", "whole"]
     """What ends it: panels that meet, a vertex that no longer closes, or nothing up to the largest driving angle."""
+    panels: list[int]
+    """Those that would pass through each other behind the end, by their numbers in the sheet."""
+    further: list[SheetState]
+    """States that the sheet did not have: from the last driving angle of the game that it reaches up to the end."""
 
 
 class TellPartner(Message):
@@ -277,6 +290,7 @@ class TellRefused(Message):
 
 Reply = (
     TellWelcome
+    | TellOpening
     | TellOpened
     | TellBoard
     | TellPointed

@@ -27,7 +27,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from origami_lab.errors import InputError
 from origami_lab.pages import COLOURS, PATTERN
-from origami_lab.studio.design_board import DesignBoard
+from origami_lab.studio.loading import Loading
 from origami_lab.studio.messages import LARGEST_REQUEST, Message
 from origami_lab.studio.opening import Opened, open_settings
 from origami_lab.studio.replies import TellRefused
@@ -72,13 +72,16 @@ class StudioServer:
         first one is saved.
     port
         Of the server, for the names that it goes by.
+    own
+        A folder with options of the user's own.
     """
 
-    def __init__(self, opened: Opened | None, output: Path | None, port: int) -> None:
-        self.opened = opened
+    def __init__(self, opened: Opened | None, output: Path | None, port: int, own: Path | None = None) -> None:
+        self.opened, self.own = opened, own
         self.output = output or Path("results") / "studio" / datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
         self.token = secrets.token_urlsafe(24)
         self.hosts = {f"{name}:{port}" for name in (HOST, "localhost")}
+        self.loading = Loading()
         self.sessions: set[Session] = set()
         self._given: set[Path] = set()
         routes = [
@@ -87,12 +90,13 @@ class StudioServer:
         ]
         self.app: ASGIApp = _Guarded(Starlette(routes=routes), self)
 
-    def load(self) -> None:
-        """Bring what a design needs into memory, where none has been opened yet: it takes seconds."""
-        if self.opened is None:
-            with suppress(Exception):
-                first = open_settings(["target=cube"])
-                DesignBoard(first.game, first.objective).place_start(0, 1)
+    async def load(self) -> None:
+        """Bring what a design needs into memory while the page is on its way."""
+        with suppress(InputError):  # a configuration of the user's that is wrong: whoever opens a task is told
+            first = self.opened
+            if first is None:
+                first = await asyncio.to_thread(open_settings, ["target=cube"])
+            await self.loading.begin(first)
 
     @property
     def address(self) -> str:
@@ -139,11 +143,11 @@ class StudioServer:
             await ws.close(TOO_MANY)
             return
         told: asyncio.Queue[Message | None] = asyncio.Queue()
-        session = Session(self.opened, self.folder, told.put_nowait)
+        session = Session(self.opened, self.folder, self.loading, told.put_nowait, self.own)
         self.sessions.add(session)
         writes = asyncio.create_task(_write(ws, told))
         try:
-            session.begin()
+            await session.begin()
             while True:
                 text = await ws.receive_text()
                 await session.take(text)
@@ -234,15 +238,17 @@ def serve_studio(studio: StudioServer, listening: socket.socket, ready: Callable
     server = uvicorn.Server(config)
 
     async def serve() -> None:
-        serving = asyncio.create_task(server.serve([listening]))
+        serving, loading = asyncio.create_task(server.serve([listening])), None
         while not server.started and not serving.done():
             await asyncio.sleep(0.01)
         if server.started:
             ready()
-            await asyncio.to_thread(studio.load)
+            loading = asyncio.create_task(studio.load())
         try:
             await serving
         finally:
+            if loading is not None:
+                loading.cancel()
             studio.close()
 
     asyncio.run(serve())

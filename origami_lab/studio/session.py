@@ -17,9 +17,11 @@ from origami_lab.drawing.scene import TargetSurface
 from origami_lab.drawing.viewer import LARGEST_TARGET, packed_surface
 from origami_lab.errors import InputError
 from origami_lab.export.formats import FORMATS
+from origami_lab.objectives.objective import Score
 from origami_lab.polish.polisher import can_be_polished
-from origami_lab.studio.board_telling import board_view, pointed_view, sheet_data
+from origami_lab.studio.board_telling import board_view, motion_told, pointed_view, sheet_data
 from origami_lab.studio.design_board import DesignBoard, Refused
+from origami_lab.studio.loading import Loading
 from origami_lab.studio.messages import (
     REQUESTS,
     AskCut,
@@ -37,16 +39,19 @@ from origami_lab.studio.messages import (
     AskStep,
     Message,
 )
-from origami_lab.studio.motion_limits import motion_end
 from origami_lab.studio.opening import Opened, open_settings
 from origami_lab.studio.partnership import Partnership
-from origami_lab.studio.replies import Packed, TellMotion, TellOpened, TellRefused, TellWelcome
+from origami_lab.studio.replies import Packed, TellOpened, TellOpening, TellRefused, TellWelcome
+from origami_lab.studio.score_process import ScoreProcess
 from origami_lab.studio.start_gallery import STARTS, settings_of, tasks
+from origami_lab.workers.guarded_objective import is_ours
 from origami_lab.workers.worker_process import reason_of
 
 Send = Callable[[Message], None]
 NO_SEARCHERS = {"ppo"}
 """Those that learn for hours: no partners."""
+PAGE_SECONDS = 1.0
+"""For which the page has the machine to itself, before a partner's process loads what it needs."""
 SLOW_FORMATS = {"mp4"}
 
 
@@ -59,12 +64,25 @@ class Session:
         What the studio was started with; None for the gallery.
     folder
         Gives the folder for a design to be saved in, by the name of its task.
+    loading
+        Of what all tabs need.
     send
         Takes messages for the page.
+    own
+        A folder with options of the user's own, for the gallery.
     """
 
-    def __init__(self, opened: Opened | None, folder: Callable[[str], Path], send: Send) -> None:
-        self.opened, self.folder, self.send = opened, folder, send
+    def __init__(
+        self,
+        opened: Opened | None,
+        folder: Callable[[str], Path],
+        loading: Loading,
+        send: Send,
+        own: Path | None = None,
+    ) -> None:
+        self.opened, self.folder, self.loading, self.send, self.own = opened, folder, loading, send, own
+        self.scoring: ScoreProcess | None = None
+        """Of a user's own objective."""
         self.board: DesignBoard | None = None
         self.partnership: Partnership | None = None
         self.revision = 0
@@ -73,18 +91,26 @@ class Session:
         self._told_sheet: tuple[int, ...] | None = None
         self._tasks: set[asyncio.Task[None]] = set()
 
-    def begin(self) -> None:
-        """Say what there is."""
-        self.send(TellWelcome(tasks=tasks(), starts=list(STARTS), opens=self.opened is not None))
+    async def begin(self) -> None:
+        """Say what there is, and open it."""
+        self.send(TellWelcome(tasks=tasks(self.own), starts=list(STARTS), opens=self.opened is not None))
         if self.opened is not None:
-            self._open(self.opened)
+            try:
+                await self._open(self.opened)
+            except (Refused, InputError) as error:
+                self.send(TellRefused(says=str(error)))
 
     def close(self) -> None:
         """End all that works for it."""
         for task in self._tasks:
             task.cancel()
-        if self.partnership is not None:
-            self.partnership.close()
+        self._end_processes()
+
+    def _end_processes(self) -> None:
+        for process in (self.partnership, self.scoring):
+            if process is not None:
+                process.close()
+        self.partnership = self.scoring = None
 
     async def take(self, text: str | bytes) -> None:
         """Answer one message of the page; whatever is wrong with it is said in an answer."""
@@ -109,16 +135,18 @@ class Session:
     # --- opening -----------------------------------------------------------------------------------------------------
 
     async def _begin(self, request: AskOpen) -> None:
-        settings = settings_of(request.task, request.start)
+        settings = settings_of(request.task, request.start, self.own)
         if settings is None:
             raise Refused("there is no such task in the gallery")
-        self._open(await asyncio.to_thread(open_settings, settings))
+        await self._open(await asyncio.to_thread(open_settings, settings, self.own))
 
-    def _open(self, opened: Opened) -> None:
-        if self.partnership is not None:
-            self.partnership.close()
+    async def _open(self, opened: Opened) -> None:
+        await self.loading.wait(opened, lambda says: self.send(TellOpening(says=says)))
+        self._end_processes()
         self.opened = opened
         self.board = DesignBoard(opened.game, opened.objective, opened.actions)
+        if not is_ours(opened.objective):
+            self.scoring = ScoreProcess(opened, self._learn)
         self.partnership = Partnership(opened, self.board, self.folder, self.send, self._adopted)
         if self.board.phase == 0 and len(self.board.placements()) == 1 and opened.actions is None:
             self.board.place_start(0, 1)  # there is nothing to choose but its sign, which mirrors all that follows
@@ -126,7 +154,12 @@ class Session:
         self._saved = self.board.actions
         self.send(_told_of(opened, self.board))
         self._tell_board()
-        self.partnership.ready()
+        self._later(self._ready(self.partnership))
+
+    async def _ready(self, partnership: Partnership) -> None:
+        await asyncio.sleep(PAGE_SECONDS)
+        if partnership is self.partnership:
+            partnership.ready()
 
     # --- answers -----------------------------------------------------------------------------------------------------
 
@@ -165,6 +198,13 @@ class Session:
             self._saved = self.board.actions
         self._tell_board(note)
 
+    def _learn(self, actions: tuple[int, ...], score: Score | None, error: str) -> None:
+        """A user's objective has said what a design is worth, or why it does not."""
+        if self.board is not None:
+            self.board.scores.learn(actions, score)
+            if actions == self.board.actions:
+                self._tell_board(f"no return: {error}" if error else None)
+
     def _inside(self, at: tuple[int, int]) -> tuple[int, int]:
         assert self.board is not None
         half_x, half_y = self.board.game.rules.half
@@ -187,13 +227,16 @@ class Session:
                 self._later(self._tell_motion(self.revision, board, board.actions))
         unsaved = board.has_design and board.actions != self._saved
         self.send(board_view(board, self.revision, sheet, unsaved=unsaved, note=note))
+        if not board.is_scored:
+            assert self.scoring is not None
+            self.scoring.want(board.actions)
 
     async def _tell_motion(self, revision: int, board: DesignBoard, actions: tuple[int, ...]) -> None:
         await asyncio.sleep(0.15)  # steps in quick succession ask once
         if revision == self.revision:
-            free_to, ends = await asyncio.to_thread(motion_end, board.game, actions)
+            told = await asyncio.to_thread(motion_told, revision, board.game, actions)
             if revision == self.revision:
-                self.send(TellMotion(revision=revision, free_to=free_to, ends=ends))
+                self.send(told)
 
     def _later(self, work: Any) -> None:
         task = asyncio.get_running_loop().create_task(work)
@@ -207,6 +250,7 @@ def _lost(moves: int, what: str) -> str:
 
 def _told_of(opened: Opened, board: DesignBoard) -> TellOpened:
     settings, game, target = opened.settings, opened.game, opened.target
+    searchers = set(read_options("search", opened.own)) - NO_SEARCHERS
     surface = None if target is None else TargetSurface(target.vertices, target.faces)
     shown = surface is not None and len(surface.faces) <= LARGEST_TARGET
     rules = {
@@ -225,8 +269,8 @@ def _told_of(opened: Opened, board: DesignBoard) -> TellOpened:
         matrices=[matrix.ravel().tolist() for matrix in game.symmetry.matrices],
         angles=[math.degrees(angle) for angle in game.angles],
         first_angle=game.first_angle,
-        rules=[f"{name} {value}" for name, value in rules.items() if value is not None],
-        searchers=sorted(set(read_options("search")) - NO_SEARCHERS, key=lambda name: (name != "lns", name)),
+        rules=[*settings.part_lines, *(f"{name} {value}" for name, value in rules.items() if value is not None)],
+        searchers=sorted(searchers, key=lambda name: (name != "lns", name)),
         formats=[name for name in FORMATS if name not in SLOW_FORMATS],
         distance=is_distance(opened.objective),
         cell_mm=millimetres_per_cell(settings, target),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from origami_lab.config.node import flatten
 from origami_lab.config.option_files import read_options
 from origami_lab.studio.replies import GalleryTask
@@ -27,20 +29,20 @@ _SAYS = {
 }
 
 
-def tasks() -> list[GalleryTask]:
-    """The targets and objectives of the configuration that need nothing to be given."""
+def tasks(own: Path | None = None) -> list[GalleryTask]:
+    """The targets and objectives of the configuration, and of a folder of the user's, that need nothing to be given."""
     found = []
     for group in ("target", "objective"):
-        for name, content in sorted(read_options(group).items()):
+        for name, content in sorted(read_options(group, own).items()):
             whole = "???" not in flatten(content).values()
             if whole and (group == "objective" or content.get("target") is not None) and name != "shape":
                 found.append(GalleryTask(name=name, group=group, says=_SAYS.get(name, "")))
     return found
 
 
-def settings_of(task: str, start: str) -> list[str] | None:
+def settings_of(task: str, start: str, own: Path | None = None) -> list[str] | None:
     """The settings that a choice means; None for names that are in none of the lists."""
-    groups = {known.name: known.group for known in tasks()}
+    groups = {known.name: known.group for known in tasks(own)}
     if task not in groups or start not in STARTS:
         return None
     return [f"{groups[task]}={task}", *STARTS[start]]

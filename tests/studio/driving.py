@@ -22,6 +22,8 @@ CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", 
 FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic"]
 SECONDS = 60.0
 """How long anything may take on a busy machine."""
+FIRST_SECONDS = 300.0
+"""The same for a design that is opened, and the first order to a partner: on a new installation they compile."""
 HARMLESS = ("GL Driver Message", "GPU stall")
 """Remarks of the software renderer."""
 
@@ -31,6 +33,7 @@ class Server:
 
     def __init__(self, process: subprocess.Popen[str], address: str, log: Path) -> None:
         self.process, self.address, self._log = process, address, log
+        self.folder = log.parent
         self.port = int(re.findall(r":(\d+)/", address)[0])
         self.token = address.rstrip("/").rpartition("/")[2]
 
@@ -107,7 +110,7 @@ class Page:
         self.is_open()
 
     def is_open(self) -> None:
-        self.tab.wait_for_selector("#studio:not([hidden]) #board svg.over", timeout=1000 * SECONDS)
+        self.tab.wait_for_selector("#studio:not([hidden]) #board svg.over", timeout=1000 * FIRST_SECONDS)
 
     def where(self, at: Point) -> tuple[float, float]:
         """The place of a board point on the page."""

@@ -9,7 +9,10 @@ import numpy as np
 from tests.studio.driving import Page
 
 KEYS = "vvvupsdmgr"
-BUTTONS = ("undo", "redo", "back", "end", "compare", "home", "best", "play", "take", "leaveIt", "stop")
+BUTTONS = (
+    *("undo", "redo", "back", "end", "compare", "home", "best", "toEnd", "play", "take", "leaveIt", "stop"),
+    *("measure", "certify", "save", "export"),
+)
 
 
 def random_clicks(page: Page, rng: np.random.Generator, count: int) -> None:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
 from origami_lab.game import Game, Move, Place, Source
 from origami_lab.game.kernels.state import NOT_FOLDABLE, SCALARS, States
 from origami_lab.objectives import BucketObjective, ShapeObjective
-from origami_lab.studio.board_telling import board_view, motion_points, pointed_view, sheet_data
+from origami_lab.studio.board_telling import board_view, motion_points, motion_told, pointed_view, sheet_data
 from origami_lab.studio.design_board import DesignBoard, Refused
 from origami_lab.studio.motion_limits import motion_end
 from origami_lab.targets import cube as cube_target
@@ -151,13 +153,18 @@ def test_where_the_motion_ends_and_why(name: str) -> None:
     game, seen = make(name), set()
     for seed in range(12):
         moves = tuple(game.moves(game.finished_actions(grown(game, np.random.default_rng(seed), 6))))
-        free_to, ends = motion_end(game, game.finished_actions(game.replay_moves(moves)))
+        found = motion_end(game, game.finished_actions(game.replay_moves(moves)))
+        free_to, ends = found.free_to, found.ends
         seen.add(ends)
+        assert (len(found.meeting) > 0) == (ends == "collides")
         if free_to >= 0.1 and ends != "whole":
             assert folds(name, moves, free_to, collisions=True)
         if ends != "whole":
-            assert not folds(name, moves, free_to + 0.1, collisions=True)
-            assert folds(name, moves, free_to + 0.1, collisions=False) == (ends == "collides")
+            # exactly where a vertex is folded flat, rounding has it closed or not: looked at on both sides
+            end = math.floor(10 * free_to + 1e-6) / 10 + 0.1
+            assert not all(folds(name, moves, end + beside, collisions=True) for beside in (-0.01, 0.01))
+            behind = [min(end + beyond, 179.99) for beyond in (0, 0.01, 0.1)]
+            assert any(folds(name, moves, degrees, collisions=False) for degrees in behind) == (ends == "collides")
     assert "collides" in seen
 
 
@@ -178,11 +185,44 @@ def test_the_motion_ends_where_a_vertex_no_longer_closes() -> None:
     game, moves = pyramid()
     board = DesignBoard(game, BucketObjective())
     board.place_start(0, 1)
-    assert motion_end(game, board.actions)[1] == "whole"
+    assert motion_end(game, board.actions).ends == "whole"
     board.play_move(moves[1])
-    free_to, ends = motion_end(game, board.actions)
-    assert ends in ("closes", "collides")
-    assert free_to == pytest.approx(np.degrees(np.arccos(-1 / 3)), abs=0.11)
+    end = motion_end(game, board.actions)
+    assert end.ends in ("closes", "collides")
+    assert end.free_to == pytest.approx(np.degrees(np.arccos(-1 / 3)), abs=0.11)
+
+
+def test_the_panels_that_meet_are_those_that_would_pass_through_each_other() -> None:
+    """Beyond 90° the four walls of a box without a lid lean over each other; its floor meets nothing."""
+    game, moves = cube()
+    board = DesignBoard(game, BucketObjective())
+    board.place_start(0, 1)
+    board.play_move(moves[1])
+    end = motion_end(game, board.actions)
+    assert end.ends == "collides"
+    assert end.free_to == pytest.approx(90.0, abs=0.06)  # the game's own angle there is 89.95°
+    told = motion_told(3, game, board.actions)
+    sheet = sheet_data(game, board.actions)
+    assert sheet is not None
+    floor = next(k for k, panel in enumerate(sheet.panels) if {abs(t) for v in panel for t in sheet.vertices[v]} == {1})
+    assert told.panels
+    assert floor not in told.panels
+    turned = {frozenset((y, -x) for v in sheet.panels[k] for x, y in [sheet.vertices[v]]) for k in told.panels}
+    assert turned == {frozenset((x, y) for v in sheet.panels[k] for x, y in [sheet.vertices[v]]) for k in told.panels}
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_page_has_the_motion_up_to_its_end(seed: int) -> None:
+    game = make("y")
+    actions = game.finished_actions(grown(game, np.random.default_rng(seed), 5))
+    sheet, told = sheet_data(game, actions), motion_told(1, game, actions)
+    assert sheet is not None
+    places = [state.at for state in (*sheet.states, *told.further)]
+    assert places == sorted(set(places))
+    assert places[-1] >= told.free_to - 1e-5
+    points = motion_points(game, actions, np.radians([places[-1]]))[0]
+    last = [*sheet.states, *told.further][-1]
+    assert np.abs(np.array(last.coords).reshape(-1, 3) - points).max() < 2e-5
 
 
 def test_a_preview_is_what_playing_it_gives() -> None:

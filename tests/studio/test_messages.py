@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from origami_lab.studio.loading import Loading
 from origami_lab.studio.message_types import typescript
 from origami_lab.studio.messages import LARGEST_REQUEST, MOST_POINTS, REQUESTS, Message
 from origami_lab.studio.opening import open_design
@@ -73,8 +74,9 @@ def tell(opened: bool, *texts: str | bytes) -> list[Message]:
 
     async def talk() -> list[Message]:
         said: list[Message] = []
-        session = Session(open_design(["target=cube"]) if opened else None, lambda task: Path("nowhere"), said.append)
-        session.begin()
+        first = open_design(["target=cube"]) if opened else None
+        session = Session(first, lambda task: Path("nowhere"), Loading(), said.append)
+        await session.begin()
         said.clear()
         for text in texts:
             await session.take(text)

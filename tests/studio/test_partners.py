@@ -15,6 +15,7 @@ from origami_lab.errors import InputError
 from origami_lab.game import Extend
 from origami_lab.objectives import BucketObjective
 from origami_lab.search import BreadthFirstSearch, NeighbourhoodSearch, RandomSearch
+from origami_lab.studio.board_telling import spoken
 from origami_lab.studio.design_board import DesignBoard
 from origami_lab.studio.design_figures import measure_design
 from origami_lab.studio.design_saving import ToSave, save_design
@@ -121,7 +122,7 @@ def test_suggestions_are_legal_next_moves_best_first(opened: Opened, board: Desi
     suggested = partner(opened, Ear()).suggest(board.actions, NeighbourhoodSearch, 6000, 0)
     assert 1 <= len(suggested) <= 5
     assert [value for _, value, _ in suggested] == sorted((value for _, value, _ in suggested), reverse=True)
-    assert len({move for move, _, _ in suggested}) == len(suggested)
+    assert len({spoken(move) for move, _, _ in suggested}) == len(suggested)
     before = board.actions
     for move, value, found in suggested:
         assert found.value == value

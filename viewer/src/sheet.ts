@@ -36,6 +36,7 @@ const BACK = 0x709ac8;
 const TARGET = 0x58be96;
 const PICKED = 0xffe14d;
 const PIN = 0xd11fa5;
+const MEETING = 0xe02030;
 const MOUNTAIN = new Color(0xd62828);
 const VALLEY = new Color(0x1d5fd1);
 const [AZIMUTH, ELEVATION] = [-62, 36].map((degrees) => (degrees * Math.PI) / 180); // as in the pictures
@@ -72,6 +73,7 @@ export class Sheet {
   private lines!: LineSegments2;
   private target: Mesh | null = null;
   private readonly addition: Mesh;
+  private readonly meeting: Mesh;
   private added: Addition | null = null;
   private readonly pins: Mesh[] = [];
   private state: SheetState | null = null;
@@ -105,7 +107,13 @@ export class Sheet {
     );
     this.addition.frustumCulled = false;
     this.addition.visible = false;
-    this.world.add(this.addition);
+    this.meeting = new Mesh(
+      new BufferGeometry(),
+      new MeshBasicMaterial({ color: MEETING, transparent: true, opacity: 0.75, side: DoubleSide, depthWrite: false }),
+    );
+    this.meeting.frustumCulled = false;
+    this.meeting.visible = false;
+    this.world.add(this.addition, this.meeting);
     this.#take(data);
     if (data.target) this.setTarget(data.target);
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
@@ -138,6 +146,9 @@ export class Sheet {
     geometry.setIndex(data.triangles.flat());
     this.marks.panel.geometry.dispose();
     this.marks.panel.geometry.setAttribute("position", this.positions);
+    this.meeting.geometry.dispose();
+    this.meeting.geometry.setAttribute("position", this.positions);
+    this.meeting.visible = false;
     this.lines.geometry.dispose();
     this.lines.geometry = new LineSegmentsGeometry();
   }
@@ -277,6 +288,14 @@ export class Sheet {
     geometry.setIndex(triangles.flat());
     this.addition.geometry.dispose();
     this.addition.geometry = geometry;
+  }
+
+  // Panels that pass through each other.
+  showMeeting(panels: number[]): void {
+    const { triangles, owners } = this.data;
+    this.meeting.geometry.setIndex(triangles.filter((_, k) => panels.includes(owners[k])).flat());
+    this.meeting.visible = panels.length > 0;
+    this.draw();
   }
 
   // Dots at places in space.

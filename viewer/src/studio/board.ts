@@ -16,8 +16,9 @@ export class Board {
   cursor: Point | null = null;
   private readonly under: SVGElement;
   private readonly over: SVGElement;
-  private readonly layers: Record<"lit" | "ghost" | "chosen" | "marks" | "cursor", SVGElement>;
+  private readonly layers: Record<"meeting" | "lit" | "ghost" | "chosen" | "marks" | "cursor", SVGElement>;
   private pattern: Pattern | null = null;
+  private data: SheetData | null = null;
   private readonly half: Point;
   private readonly box: number[];
   private dragged: Point | null = null;
@@ -37,7 +38,7 @@ export class Board {
     this.over = svg("over");
     this.#grid();
     const layer = (name: string) => element("g", { class: name }, this.over);
-    this.layers = { marks: layer("marks"), lit: layer("lit"), ghost: layer("ghost"), chosen: layer("chosen"), cursor: layer("cursor") };
+    this.layers = { meeting: layer("meeting"), marks: layer("marks"), lit: layer("lit"), ghost: layer("ghost"), chosen: layer("chosen"), cursor: layer("cursor") };
     this.#listen();
   }
 
@@ -66,10 +67,11 @@ export class Board {
 
   // --- what is shown ---
 
-  show(data: SheetData | null, motion: Motion | null): void {
+  show(data: SheetData | null): void {
     this.pattern?.svg.remove();
     this.pattern = null;
-    if (!data || !motion) return;
+    this.data = data;
+    if (!data) return;
     this.pattern = new Pattern(this.host, data, () => {}, this.box);
     this.pattern.svg.setAttribute("class", "sheet");
     this.host.insertBefore(this.pattern.svg, this.over);
@@ -127,6 +129,14 @@ export class Board {
     if (!at) return;
     if (this.dragged && !same(this.dragged, at)) this.#line(this.dragged, at, "shift", cursor);
     this.#dot(at, `cursor ${how}`, 0.34, cursor);
+  }
+
+  // Panels that pass through each other.
+  meeting(panels: number[]): void {
+    const { meeting } = this.layers;
+    meeting.replaceChildren();
+    const corner = (v: number) => this.data!.vertices[v].slice(0, 2) as Point;
+    for (const k of panels) this.#polygon(this.data!.panels[k].map(corner), "meeting", meeting);
   }
 
   marks(places: number[][]): void {

@@ -6,6 +6,7 @@ import { Sheet } from "../sheet";
 import type { Ghost, Packed, TellMotion, Worth } from "./messages";
 
 const SECONDS = 2.6;
+const NEAR_END = 1; // degrees
 // Before there is a sheet: the target alone.
 const NOTHING: SheetData = {
   vertices: [], modes: null, edges: [], letters: [], driven: null, panels: [], sides: [], triangles: [], owners: [],
@@ -19,12 +20,19 @@ export class Folding {
   private besideMotion: Motion | null = null;
   private asked: number | null = null; // by whoever moves the slider
   private best = 0;
+  private data: SheetData | null = null;
+  private end: TellMotion | null = null;
+  private refuted: number[] = []; // panels that meet, by a certificate
+  private marked = "";
   private most = 180;
   private target: Packed | null = null;
   private frame = 0;
   private readonly slider = get<HTMLInputElement>("slider");
 
-  constructor(private readonly onFold: (motion: Motion, state: SheetState) => void) {
+  constructor(
+    private readonly onFold: (motion: Motion, state: SheetState) => void,
+    private readonly onMeeting: (panels: number[]) => void,
+  ) {
     this.slider.addEventListener("input", () => {
       this.play(false);
       this.asked = Number(this.slider.value);
@@ -33,6 +41,11 @@ export class Folding {
     get("best").addEventListener("click", () => {
       this.play(false);
       this.asked = null;
+      this.show();
+    });
+    get("toEnd").addEventListener("click", () => {
+      this.play(false);
+      this.asked = this.end?.free_to ?? null;
       this.show();
     });
     get("play").addEventListener("click", () => this.play(!this.frame));
@@ -58,19 +71,41 @@ export class Folding {
   }
 
   take(data: SheetData | null, worth: Worth | null): void {
-    this.best = worth?.angle ?? 0;
     const drawn = data ?? NOTHING;
+    this.data = data;
+    this.end = null;
+    this.refuted = [];
+    this.worth(worth);
     const motion = new Motion(drawn);
+    this.marked = "";
+    this.onMeeting([]);
     if (data || this.target) this.sheet = this.#made("sheet", this.sheet, drawn, motion);
     this.motion = data ? motion : null;
     if (!data) this.sheet?.show(motion.state(0));
     const zone = get("zone");
     zone.style.setProperty("--reach", String(this.motion ? this.motion.last / this.most : 0));
     zone.dataset.ends = "";
-    get("motion").textContent = "";
-    get("best").style.setProperty("--part", String(this.best / this.most));
-    get("best").hidden = !worth;
+    this.#says("");
     this.show();
+  }
+
+  // What the sheet is worth: its best driving angle, and halfway for one in which nothing folds.
+  worth(worth: Worth | null): void {
+    const folds = !!this.data?.letters.some((letter) => letter !== "B");
+    this.best = folds ? (worth?.angle ?? 0) : this.most / 2;
+    get("best").style.setProperty("--part", String(this.best / this.most));
+    get("best").hidden = !worth || !folds;
+  }
+
+  // Panels that a certificate says to meet.
+  refute(panels: number[]): void {
+    this.refuted = panels;
+    this.show();
+  }
+
+  #says(text: string): void {
+    get("motionSays").textContent = text;
+    get("toEnd").hidden = this.end?.ends !== "collides";
   }
 
   // What is laid beside it; null for nothing.
@@ -120,6 +155,7 @@ export class Folding {
       const wanted = this.asked ?? this.besideBest ?? this.best;
       this.beside?.show(this.besideMotion.state(Math.min(wanted, this.besideMotion.last)));
     }
+    this.#mark(at);
     this.slider.value = String(at);
     this.slider.setAttribute("aria-valuetext", `${number(at, 1)}°`);
     get("angle").textContent = `${number(at, 1)}°`;
@@ -127,13 +163,26 @@ export class Folding {
 
   besideBest: number | null = null;
 
+  // The panels that meet, on both sides: those of a certificate, or where the slider is at the end of the motion.
+  #mark(at: number): void {
+    const isAtEnd = this.end?.ends === "collides" && this.asked !== null && at >= this.end.free_to - NEAR_END;
+    const panels = isAtEnd ? this.end!.panels : this.refuted;
+    if (String(panels) === this.marked) return;
+    this.marked = String(panels);
+    this.sheet?.showMeeting(panels);
+    this.onMeeting(panels);
+  }
+
   ends(told: TellMotion): void {
+    this.end = told;
+    if (this.data) this.motion = new Motion({ ...this.data, states: [...this.data.states, ...told.further] });
     const zone = get("zone");
     zone.style.setProperty("--reach", String(told.free_to / this.most));
     zone.dataset.ends = told.ends;
     const end = `${number(told.free_to, 1)}°`;
     const says = { collides: `folds to ${end}, where panels first collide`, closes: `folds to ${end}, where a vertex no longer closes`, whole: `folds all the way to ${end}` };
-    get("motion").textContent = says[told.ends];
+    this.#says(says[told.ends]);
+    this.show();
   }
 
   ghost(ghost: Ghost | null): void {

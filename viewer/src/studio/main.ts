@@ -24,7 +24,10 @@ let sign: -1 | 1 = -1;
 let moving: Point | null = null;
 let told = 0; // answers to what was done
 
-const folding = new Folding((motion, at) => board?.fold(motion, at));
+const folding = new Folding(
+  (motion, at) => board?.fold(motion, at),
+  (panels) => board?.meeting(panels),
+);
 const connection = new Connection(take, (why) => {
   get("over").hidden = false;
   get("over").querySelector("p")!.textContent =
@@ -51,6 +54,9 @@ function answer(reply: Reply): void {
   switch (reply.kind) {
     case "welcome":
       return welcome(reply);
+    case "opening":
+      get("opening").textContent = reply.says;
+      return;
     case "opened":
       return open(reply);
     case "board":
@@ -83,7 +89,9 @@ function answer(reply: Reply): void {
       return;
     }
     case "certified":
-      say(reply.revision === state?.revision ? `${reply.verdict}: ${reply.says}` : "", reply.verdict === "refuted");
+      if (reply.revision !== state?.revision) return say("");
+      folding.refute(reply.panels);
+      say(`${reply.verdict}: ${reply.says}`, reply.verdict === "refuted");
       return;
     case "saved":
       say([`saved in ${reply.path}; open it again: ${reply.command}`, ...reply.notes].join(" · "));
@@ -112,6 +120,7 @@ function welcome(told: TellWelcome): void {
       return card;
     }),
   );
+  get("begin").hidden = told.opens;
   get("opening").textContent = told.opens ? "opening …" : "";
 }
 
@@ -138,29 +147,32 @@ function open(told: TellOpened): void {
 
 function show(told: TellBoard): void {
   const changed = told.revision !== state?.revision || state === null;
+  const isFirst = state === null;
   if (told.phase !== state?.phase && (told.phase === "start" || (state?.phase ?? "start") === "start")) {
     turn(told.phase === "start" ? 1 : -1); // what most designs begin with
   }
   state = told;
   if (changed) {
     sheet = told.sheet;
+    board?.show(told.sheet);
     folding.take(told.sheet, told.worth);
-    board?.show(told.sheet, folding.motion);
-    folding.show();
     folding.pins([]);
     board?.marks([]);
     get("figures").textContent = "";
+    moving = null;
+  } else {
+    folding.worth(told.worth);
+    folding.show();
   }
   folding.ghost(null);
   board?.ghost(partners.looked === null ? [] : (partners.offers[partners.looked]?.creases ?? []));
   board?.light(told);
   tip("", "");
-  moving = null;
-  const worth = told.worth ? number(told.worth.value, 4) : "–";
+  const worth = told.worth ? number(told.worth.value, 4) : told.scoring ? "…" : "–";
   const mm = told.worth && game?.distance && game.cell_mm ? ` (${number(-told.worth.value * game.cell_mm, 2)} mm)` : "";
   const facts: [string, string][] = [
     ["return", worth + mm],
-    ["best at", told.worth ? `${number(told.worth.angle, 0)}°` : "–"],
+    ["best at", told.worth && told.creases ? `${number(told.worth.angle, 0)}°` : "–"],
     ["panels", String(told.panels)],
     ["creases", String(told.creases)],
     ["vertices", String(told.vertices)],
@@ -178,7 +190,7 @@ function show(told: TellBoard): void {
   get<HTMLButtonElement>("back").disabled = !told.selected;
   get("save").textContent = told.unsaved ? "Save •" : "Save";
   if (told.note) say(told.note);
-  else if (changed) say("");
+  else if (changed && !isFirst) say("");
   guide();
   connection.point(board?.cursor ?? null);
 }
@@ -369,6 +381,7 @@ get("leave").addEventListener("click", () => {
   if (state?.unsaved && !confirm("This design is not saved. Leave it?")) return;
   get("gallery").hidden = false;
   get("studio").hidden = true;
+  get("begin").hidden = false;
   get("opening").textContent = "";
 });
 addEventListener("beforeunload", (event) => {

@@ -183,6 +183,7 @@ export interface TellBoard {
   mode: number;
   children: [number, number][];
   worth: Worth | null;
+  scoring: boolean;
   undo: number;
   redo: number;
   vertices: number;
@@ -233,6 +234,8 @@ export interface TellMotion {
   revision: number;
   free_to: number;
   ends: "collides" | "closes" | "whole";
+  panels: number[];
+  further: SheetState[];
 }
 
 // What a design is for, and in which game it is played.
@@ -252,6 +255,12 @@ export interface TellOpened {
   cell_mm: number | null;
   target: Packed | null;
   polishes: boolean;
+}
+
+// What is waited for before a design can be played.
+export interface TellOpening {
+  kind: "opening";
+  says: string;
 }
 
 // How far a partner is.
@@ -310,4 +319,4 @@ export interface Worth {
   angle: number;
 }
 
-export type Reply = TellWelcome | TellOpened | TellBoard | TellPointed | TellMotion | TellPartner | TellProposals | TellLook | TellMeasured | TellCertified | TellSaved | TellExported | TellRefused;
+export type Reply = TellWelcome | TellOpening | TellOpened | TellBoard | TellPointed | TellMotion | TellPartner | TellProposals | TellLook | TellMeasured | TellCertified | TellSaved | TellExported | TellRefused;

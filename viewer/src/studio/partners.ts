@@ -84,7 +84,7 @@ export class Partners {
       ...shown.map((offer) => {
         const button = document.createElement("button");
         button.type = "button";
-        button.textContent = `${offer.says}${offer.worth ? ` → ${number(offer.worth.value, 3)}` : ""}`;
+        button.textContent = `${offer.says}${offer.worth ? ` → ${number(offer.worth.value, 4)}` : ""}`;
         button.setAttribute("aria-pressed", String(offer.number === this.looked));
         button.addEventListener("click", () => this.look(offer.number));
         button.addEventListener("pointerenter", () => this.onLook(offer));
