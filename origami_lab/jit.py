@@ -13,7 +13,7 @@ from __future__ import annotations
 import hashlib
 import logging
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -64,37 +64,12 @@ def counting(options: type, counts: bool) -> dict[str, bool]:
 _WITH_COUNTS, _WITHOUT_COUNTS = counting(CPUTargetOptions, True), counting(CPUTargetOptions, False)
 
 
-def asked_widely(function: Any) -> Any:
-    """A kernel that other kernels have one version of, whatever kinds of whole numbers they call it with.
-
-    Numba would compile one for each kind, and another for each constant: a third of the versions, and of the time of a
-    first start. The method that is replaced is not public; where there is none nothing changes but that time.
-    """
-    given = getattr(function, "get_call_template", None)
-    if given is not None:
-
-        def template(args: Iterable[Any], kws: Mapping[str, Any]) -> Any:
-            return given(tuple(map(_widest, args)), {name: _widest(kind) for name, kind in dict(kws).items()})
-
-        function.get_call_template = template
-    return function
-
-
-def _widest(kind: Any) -> Any:
-    """The type that stands for all of its kind as an argument."""
-    types: Any = numba.types  # numba tells type checkers of few of them
-    kind = types.unliteral(kind)
-    if isinstance(kind, types.BaseTuple) and type(kind) in (types.Tuple, types.UniTuple):
-        return types.Tuple([_widest(each) for each in kind])
-    return types.int64 if isinstance(kind, types.Integer) and kind.signed else kind
-
-
 def kernel(function: F) -> F:
     """Compile ``function`` in nopython mode and cache the machine code on disk.
 
     No ``fastmath``: results must be the same bits on every run, and mirror images exact.
     """
-    return cast(F, asked_widely(numba.njit(cache=_IS_KEPT, error_model="numpy", **_WITH_COUNTS)(function)))
+    return cast(F, numba.njit(cache=_IS_KEPT, error_model="numpy", **_WITH_COUNTS)(function))
 
 
 def bare(function: F) -> F:
@@ -103,13 +78,12 @@ def bare(function: F) -> F:
     Numba counts references to every array and slice that code with arrays of its own is handed, a fifth of the time of
     a search. Here it does not, where this version of numba can do without; the results are the same.
     """
-    return cast(F, asked_widely(numba.njit(cache=_IS_KEPT, error_model="numpy", **_WITHOUT_COUNTS)(function)))
+    return cast(F, numba.njit(cache=_IS_KEPT, error_model="numpy", **_WITHOUT_COUNTS)(function))
 
 
 def inlined(function: F) -> F:
     """Like :func:`bare` for small helpers of the hot loops, which LLVM shall inline."""
-    options = {"cache": _IS_KEPT, "error_model": "numpy", "forceinline": True, **_WITHOUT_COUNTS}
-    return cast(F, asked_widely(numba.njit(**options)(function)))
+    return cast(F, numba.njit(cache=_IS_KEPT, error_model="numpy", forceinline=True, **_WITHOUT_COUNTS)(function))
 
 
 def compiled_as(function: Callable[..., Any]) -> Callable[[F], F]:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from origami_lab.jit import asked_widely, bare, counting, kernel
+from origami_lab.jit import bare, counting, kernel
 
 Array = NDArray[np.float64]
 
@@ -69,29 +69,3 @@ def test_whoever_calls_first_decides_nothing() -> None:
         return inner(n) + 1.0
 
     assert outer(3) == 4.0
-
-
-@pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
-def test_one_version_answers_for_all_kinds_of_whole_numbers() -> None:
-    """Called from a kernel with narrow ones, constants and pairs of them."""
-
-    @bare
-    def inner(rows: NDArray[np.int32], at: int, pair: tuple[int, int], scale: float) -> float:
-        return rows[at + pair[0]] * scale + pair[1]
-
-    @bare
-    def outer(rows: NDArray[np.int32]) -> float:
-        narrow, byte = rows[0], np.int8(2)
-        return inner(rows, 1, (0, narrow), 2.0) + inner(rows, narrow, (byte, 1), 0.5) + inner(rows, byte, (0, 0), 1.0)
-
-    assert outer(np.array([1, 5, 7, 11], dtype=np.int32)) == (5 * 2.0 + 1) + (11 * 0.5 + 1) + 7
-    assert len(inner.signatures) == 1  # type: ignore[attr-defined]
-    assert len(outer.signatures) == 1  # type: ignore[attr-defined]
-
-
-def test_a_numba_without_the_method_is_asked_as_it_is() -> None:
-    def plain(n: int) -> int:
-        return n
-
-    assert asked_widely(plain) is plain
-    assert plain(3) == 3
