@@ -45,7 +45,7 @@ def test_every_old_name_is_the_new_one(here: Path) -> None:
     commands = dict(COMMANDS)
     commands |= {f"jobs/{job}": (f"objective={job}", "search=rdm", "budget=12000") for job in ("bucket", "packaging")}
     # whose rules are others today
-    commands["part"] += ("target.translate=[0,0,0]", "objective.distance=vertex")
+    commands["part"] += ("target.translate=[0,0,0]", "objective.distance=vertex", "target_return=null")
     commands["jobs/bucket"] += ("objective.norm_of=leaves",)
     commands |= {"sweep/trials/0000": ("objective=table", "search=evo", "budget=1000", *evolution)}
     unpack(here, "killed", "jobs", "sweep", *COMMANDS)
