@@ -26,6 +26,7 @@ from origami_lab.runs.trial_row import (
     certificates,
     spreads,
 )
+from origami_lab.text import command_text
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -128,8 +129,10 @@ def where_lines(rows: Iterable[TrialRow], folder: Path) -> list[str]:
     pictures += [] if best is None else [trial_folder(folder, best.seed) / FOLDED_PNG]
     if (picture := next((file for file in pictures if file.is_file()), None)) is not None:
         lines.append(f"its picture: {picture}")
-    if best is not None and (cut := trial_folder(folder, best.seed) / CUT_SHEETS[1]).is_file():
-        lines.append(f"to cut: {cut}")
+        if (sheet := picture.with_name(CUT_SHEETS[1])).is_file():  # there is one of the trial's own design only
+            polishes = picture.name != FOLDED_PNG
+            made = command_text(["origami-lab", "export", str(picture.with_name(f"{POLISHED}.fold")), "--to", "cut"])
+            lines.append(f"to cut it: {made}" if polishes else f"to cut: {sheet}")
     if (folder / PAGE).is_file():
         lines.append(f"all of it: {folder / PAGE}")
     return lines

@@ -224,7 +224,12 @@ def test_the_end_names_the_best_picture_and_the_page(tmp_path: Path) -> None:
     assert where_lines(rows, tmp_path) == [f"its picture: {tmp_path / 'seed=0/folded.png'}", page]
     (tmp_path / "seed=1/polished.png").touch()
     assert where_lines(rows, tmp_path) == [f"its picture: {tmp_path / 'seed=1/polished.png'}", page]
-    (tmp_path / "seed=0/pattern.cut.pdf").touch()
+    # of the design that the picture shows
+    for seed in (0, 1):
+        (tmp_path / f"seed={seed}/pattern.cut.pdf").touch()
+    made = f"to cut it: origami-lab export {tmp_path / 'seed=1/polished.fold'} --to cut"
+    assert where_lines(rows, tmp_path)[1:] == [made, page]
+    (tmp_path / "seed=1/polished.png").unlink()
     assert where_lines(rows, tmp_path)[1:] == [f"to cut: {tmp_path / 'seed=0/pattern.cut.pdf'}", page]
 
 
