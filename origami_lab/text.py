@@ -39,6 +39,11 @@ def duration(seconds: float) -> str:
     return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
 
 
+def short_of(angle: float) -> str:
+    """The setting for a largest driving angle, in degrees, that stops before paper comes to lie on paper there."""
+    return f"driving_angle.max={angle - 0.5:.4g}"
+
+
 def first_line(text: str) -> str:
     """The first line of a message that is not empty."""
     lines = [line.strip() for line in text.splitlines() if line.strip()]

@@ -26,7 +26,7 @@ from origami_lab.runs.trial_row import (
     certificates,
     spreads,
 )
-from origami_lab.text import command_text
+from origami_lab.text import command_text, short_of
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -112,10 +112,11 @@ def certificate_lines(rows: Iterable[TrialRow]) -> list[str]:
             f"warning: seed {listed}: the best design is refuted, it does not fold as it should: see certificate.json"
         )
     if seeds := found.get(UNDECIDED):
-        angle = next(row.driving_angle for row in rows if row.seed == seeds[0]) or 90.0
+        angle = next(row.driving_angle for row in rows if row.seed == seeds[0])
+        short = "" if angle is None else f" ({short_of(angle)})"
         lines.append(
-            "not certifiable: its certificate.json says why; where paper comes to lie flat on paper,"
-            f" driving_angle.max={angle - 0.5:.4g} stops short of that and can be certified, a little off"
+            "not certifiable: its certificate.json says why; where paper comes to lie flat on paper, a smaller driving"
+            f" angle{short} stops short of that and can be certified, a little off"
         )
     return lines
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from origami_lab.lengths import smallest_sheet
 from origami_lab.parts.analysis import PartAnalysis
+from origami_lab.text import short_of
 
 COVERED, FULL, TIGHT = 0.05, 0.6, 0.1
 """Parts of an area from which a warning is worth it: under something else, of the largest sheet, bent too tightly."""
@@ -187,10 +188,9 @@ def expectation(part: PartAnalysis) -> str:
     if len(part.regions) > 1 + len(hinged):
         met += ", what hangs on the walls only nearly"
     if any(corner.height > 0.0 for corner in layout.corners):
-        short_of_it = f"driving_angle.max={part.setup.driving_angle_max - 0.5:.4g}"
         met += (
             "; where walls meet, left-over paper lies flat on one of them, which verify cannot certify: no fault, and"
-            f" with {short_of_it}, a little off, it can"
+            f" with {short_of(part.setup.driving_angle_max)}, a little off, it can"
         )
     return met
 

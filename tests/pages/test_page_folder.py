@@ -9,7 +9,9 @@ from typing import Any
 
 import pytest
 
-from origami_lab.pages import PageFolder, page_folder, page_text, script_json
+from origami_lab.experiment import multirun_page
+from origami_lab.pages import PageFolder, page_folder, page_text, script_json, templates
+from origami_lab.report.learning_curves import COLOURS
 
 NASTY = "</script><script>alert(1)</script><!-- & \u2028 '\"`${x} é"
 
@@ -95,3 +97,11 @@ def test_pages_have_one_look_and_escape_what_they_show() -> None:
     assert text.count("<script") == 1
     assert '<meta name="generator" content="origami-lab multirun">' in text
     assert "--mark: #1d5fd1" in text
+
+
+def test_curves_on_pages_have_the_colours_of_those_in_reports() -> None:
+    style = Path(templates.__file__).with_name("page_parts.css").read_text("utf-8")
+    drawn = re.findall(r"\.k(\d) { stroke: (#\w{6}); }", style)
+    assert drawn == [(str(k), colour) for k, colour in enumerate(COLOURS)]
+    script = Path(multirun_page.__file__).with_suffix(".js").read_text("utf-8")
+    assert f"const COLOURS = {len(COLOURS)};" in script
