@@ -6,17 +6,17 @@ monotone potential of the paper (section 3.6.1) and a true bound. d← (:func:`u
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.game.kernels.collisions import folded_place, place_corner
 from origami_lab.game.kernels.state import Record, States, has_image, image_code
-from origami_lab.geometry.bvh import Bvh, inside, triangle_squared
+from origami_lab.geometry.bvh import Bvh, triangle_squared
 from origami_lab.geometry.sampled import Sampled, nearest_sample_squared, sample_surface
-from origami_lab.geometry.wide_tree import WideTree, nearest_row
 from origami_lab.jit import bare, inlined, kernel
+from origami_lab.objectives.known_places import Surface, strayed_squared
 
 Array = NDArray[np.float64]
 
@@ -35,30 +35,6 @@ def memo_dtype(angles: int) -> np.dtype[np.void]:
         ("penalty", np.float64, (angles,)),
     ]
     return np.dtype((np.record, np.dtype(fields, align=True)))
-
-
-class Surface(NamedTuple):
-    """A target as :func:`stray` measures it.
-
-    Attributes
-    ----------
-    tree
-        What distances are measured to: its triangles, or points drawn on them.
-    hull
-        Its triangles.
-    solid
-        Vertices inside the closed target do not stray.
-    images
-        Whether to measure all images of a vertex; not needed where the target has the game's symmetry.
-    compactness
-        Weight of the penalty on the vertex that is furthest from the board's centre, 0 for none.
-    """
-
-    tree: WideTree
-    hull: Bvh
-    solid: bool
-    images: bool
-    compactness: float
 
 
 @inlined
@@ -89,10 +65,10 @@ def stray(s: Record, r: Record, memo: Record, target: Surface, enough: float) ->
                 if so_far + memo.penalty[k] >= enough:
                     continue
                 x, y, z = folded_place(s, r, 8 * v + g, k)
-                squared, memo.near = nearest_row(
-                    target.tree, x, y, z, so_far * so_far, enough * enough, memo.near, s.far
+                squared, memo.near = strayed_squared(
+                    target, x, y, z, so_far * so_far, enough * enough, memo.near, s.far
                 )
-                if squared > so_far * so_far and not (target.solid and inside(target.hull, x, y, z)):
+                if squared > so_far * so_far:
                     memo.stray[k] = np.sqrt(squared)
     memo.measured = s.n_vertices
     best = np.inf
@@ -120,8 +96,8 @@ def vertex_stray(
         if farthest >= enough or (g > 0 and not has_image(r, s.axis[v], g)):
             continue
         x, y, z = folded_place(s, r, 8 * v + g, k)
-        squared, near = nearest_row(target.tree, x, y, z, farthest * farthest, enough * enough, near, s.far)
-        if squared > farthest * farthest and not (target.solid and inside(target.hull, x, y, z)):
+        squared, near = strayed_squared(target, x, y, z, farthest * farthest, enough * enough, near, s.far)
+        if squared > farthest * farthest:
             farthest = np.sqrt(squared)
     return farthest, near
 
