@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from origami_lab.game.kernels.collisions import folded_place, place_corner
 from origami_lab.game.kernels.state import Record, States, has_image, image_code
 from origami_lab.geometry.bvh import Bvh, triangle_squared
-from origami_lab.geometry.sampled import Sampled, nearest_sample_squared, sample_surface
+from origami_lab.geometry.sampled import Sampled, nearest_sample_squared, sample_surface, sample_within_squared
 from origami_lab.jit import bare, inlined, kernel
 from origami_lab.objectives.known_places import Surface, strayed_squared
 
@@ -184,23 +184,21 @@ def uncovered(samples: Bvh, sheet: Sampled, start: float, enough: float, hint: N
                     hint[0] = i
             continue
         far, near = -1, -1
-        far_distance = -1.0
+        far_squared = -1.0
         for child in (2 * node, 2 * node + 1):
             hx = 0.5 * (boxes[child, 3] - boxes[child, 0])
             hy = 0.5 * (boxes[child, 4] - boxes[child, 1])
             hz = 0.5 * (boxes[child, 5] - boxes[child, 2])
-            radius = np.sqrt(hx * hx + hy * hy + hz * hz)
-            limit = max(0.0, best - radius)
-            d = np.sqrt(
-                nearest_sample_squared(
-                    sheet, boxes[child, 0] + hx, boxes[child, 1] + hy, boxes[child, 2] + hz, limit * limit, np.inf
-                )
+            limit = best - np.sqrt(hx * hx + hy * hy + hz * hz)
+            limit_sq = limit * limit if limit >= 0.0 else -1.0
+            squared = sample_within_squared(
+                sheet, boxes[child, 0] + hx, boxes[child, 1] + hy, boxes[child, 2] + hz, limit_sq
             )
-            if d + radius <= best:
+            if squared <= limit_sq:
                 continue
-            if d > far_distance:
+            if squared > far_squared:
                 near = far
-                far, far_distance = child, d
+                far, far_squared = child, squared
             else:
                 near = child
         # the farther half is looked at first
