@@ -1,8 +1,8 @@
 """How far places in space stray from the target; what was found out is kept, as searches come back to the same places.
 
-A branch-and-bound search lays the vertices of a node's children again whenever it is at the node, and of many designs
-only the last vertices differ. Of the places that BFTS asks for, 19 of 20 were asked for before; of those of random
-play, half.
+A branch-and-bound search lays the children of a node again whenever it is there, and of many designs only the last
+vertices differ. Of the places that BFTS asks for, more than nine of ten were asked for before, to the last bit; of
+those of random play and of EVO about half.
 """
 
 from __future__ import annotations
