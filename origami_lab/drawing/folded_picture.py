@@ -81,16 +81,24 @@ class Studio:
         dark = (0.55 * TARGET[0], 0.55 * TARGET[1], 0.55 * TARGET[2])
         depths = {"veil_depth": 0.002 * self.fine, "rim_depth": 0.004 * self.fine}
         self.inks = Inks(INK, dark, meet=0.55, end=0.9, veil=_VEIL, seen=0.75, hidden=0.4, **depths)
+        empty = fill_z_buffer(np.zeros((0, 3, 3)), np.zeros(0, np.int32), self.shape)
+        self.blank: NDArray[np.uint8] | None = None
+        """(rows/2, columns/2, 3) the picture without a sheet."""
+        self.blank = self._painted(*empty, np.zeros((0, 3), np.float32))
 
     def picture(self, sheet: DrawnSheet, coords: NDArray[np.float64]) -> Image.Image:
         """The panels at (V, 3) folded ``coords``."""
         corners = self.camera.project(coords[sheet.triangles])
         near, owner = fill_z_buffer(corners, sheet.panels.astype(np.int32), self.shape)
         colours = self._panel_colours(sheet, coords[sheet.triangles], corners)
+        return Image.fromarray(self._painted(near, owner, colours))
+
+    def _painted(self, near: Pixels, owner: NDArray[np.int32], colours: Pixels) -> NDArray[np.uint8]:
+        """The picture of the panels in a z-buffer, which have these colours."""
         marks = np.zeros(owner.shape, dtype=np.uint8)
         mark_borders(owner, near, _STEP * self.fine, max(1, round(self.fine / 1000)), marks)
-        layers = (near, owner, colours, _surroundings(near, owner != NOTHING), marks)
-        return Image.fromarray(paint(self.backdrop, *layers, self.veils, self.inks))
+        layers = (near, owner, colours, _surroundings(near, owner), marks)
+        return paint(self.backdrop, *layers, self.veils, self.inks, self.blank)
 
     def _panel_colours(
         self, sheet: DrawnSheet, spatial: NDArray[np.float64], corners: NDArray[np.float64]
@@ -120,11 +128,12 @@ class Studio:
         return Veils(np.stack([near, far]), np.stack([seen, last]), shades, rim)
 
 
-def _surroundings(near: Pixels, covered: NDArray[np.bool_]) -> Surroundings:
+def _surroundings(near: Pixels, owner: NDArray[np.int32]) -> Surroundings:
     """What is about each place of the paper; on every fourth pixel, as it is smooth."""
-    lowest = near[covered].min() if covered.any() else np.float32(0.0)
+    lowest = near.min(where=owner != NOTHING, initial=np.inf)
+    lowest = lowest if np.isfinite(lowest) else np.float32(0.0)
     every = 2 * OVERSAMPLE
-    around = np.where(covered[::every, ::every], near[::every, ::every], lowest)
+    around = np.where(owner[::every, ::every] != NOTHING, near[::every, ::every], lowest)
     reach = max(3, int(_HOLLOW * around.shape[1] / 2) | 1)
     for _ in range(3):  # three boxes are nearly a Gaussian
         around = uniform_filter(around, reach)

@@ -71,8 +71,11 @@ def _folded(frame: FoldFrame) -> float:
 
 
 def _palette(pictures: list[Image.Image]) -> Image.Image:
-    """One palette for all pictures, with the colours of the key exactly as they are."""
-    chosen = [pictures[0], pictures[len(pictures) // 2], pictures[-1]]
+    """One palette for all pictures, with the colours of the key exactly as they are; every other pixel is asked."""
+    chosen = [
+        picture.resize((picture.width // 2, picture.height // 2), Image.Resampling.NEAREST)
+        for picture in (pictures[0], pictures[len(pictures) // 2], pictures[-1])
+    ]
     strip = Image.new("RGB", (chosen[0].width * 3, chosen[0].height))
     for index, picture in enumerate(chosen):
         strip.paste(picture, (index * picture.width, 0))

@@ -129,6 +129,7 @@ def paint(
     marks: NDArray[np.uint8],
     veils: Veils,
     inks: Inks,
+    blank: NDArray[np.uint8] | None = None,
 ) -> NDArray[np.uint8]:
     """The picture (H/2, W/2, 3) of panels over a backdrop, in a target.
 
@@ -144,14 +145,19 @@ def paint(
         What darkens the hollows.
     marks
         (H, W) as of :func:`mark_borders`.
+    blank
+        (H/2, W/2, 3) the picture of no panels in the same target: pixels that show none are taken from it.
     """
     rows, columns = owner.shape
-    picture = np.empty((rows // OVERSAMPLE, columns // OVERSAMPLE, 3), dtype=np.uint8)
+    if blank is None:
+        picture = np.empty((rows // OVERSAMPLE, columns // OVERSAMPLE, 3), dtype=np.uint8)
+    else:
+        picture = blank.copy()
     hollows = (surroundings.lowest, surroundings.scale, surroundings.darkest)
     numbers = (*hollows, inks.meet, inks.end, inks.veil, inks.veil_depth, inks.seen, inks.hidden, inks.rim_depth)
     _paint(
         *(picture, backdrop, near, owner, colours, surroundings.near, marks),
-        *(veils.near, veils.owner, veils.shades, veils.rim),
+        *(veils.near, veils.owner, veils.shades, veils.rim, blank is None),
         *(np.array([inks.crease, inks.rim], dtype=np.float32), np.array(numbers, dtype=np.float32)),
     )
     return picture
@@ -170,21 +176,27 @@ def _paint(
     veil_owner: NDArray[np.int32],
     shades: Pixels,
     rim: NDArray[np.bool_],
+    whole: bool,
     lines: Pixels,
     numbers: Pixels,
 ) -> None:
-    """Pixel by pixel of the picture, and of the buffers within."""
+    """Pixel by pixel of the picture, and of the buffers within; not ``whole``: those that show a panel or a mark."""
     lowest, scale, darkest, meet, end, veil, veil_depth, seen, hidden, rim_depth = numbers
     colour, total = np.empty(3, dtype=np.float32), np.empty(3, dtype=np.float32)
+    full = np.float32(1.0)
     for y in range(picture.shape[0]):
         for x in range(picture.shape[1]):
-            total[:] = 0.0
             here = lowest  # beside the paper nearness is −inf
+            shows = whole
             for row in range(OVERSAMPLE * y, OVERSAMPLE * y + OVERSAMPLE):
                 for column in range(OVERSAMPLE * x, OVERSAMPLE * x + OVERSAMPLE):
                     here = max(here, near[row, column])
+                    shows |= owner[row, column] >= 0 or marks[row, column] > 0
+            if not shows:
+                continue
             behind = around[y // 2, x // 2] - here
-            light = np.float32(1.0) - darkest * (np.float32(1.0) - np.exp(-max(behind, np.float32(0.0)) / scale))
+            light = full - darkest * (full - np.exp(-behind / scale)) if behind > np.float32(0.0) else full
+            total[:] = 0.0
             for row in range(OVERSAMPLE * y, OVERSAMPLE * y + OVERSAMPLE):
                 for column in range(OVERSAMPLE * x, OVERSAMPLE * x + OVERSAMPLE):
                     depth = near[row, column]

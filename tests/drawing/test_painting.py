@@ -27,10 +27,12 @@ def lay(image: NDArray[np.float64], where: NDArray[np.bool_], opacity: float, co
 def test_layers(seed: int, in_target: bool) -> None:
     rng = np.random.default_rng(seed)
     owner = rng.integers(-1, 4, (ROWS, COLUMNS)).astype(np.int32)
+    owner[:, : COLUMNS // 2] = -1
     near = np.where(owner >= 0, rng.uniform(-2, 2, owner.shape), -np.inf).astype(np.float32)
     colours = rng.uniform(0, 255, (4, 3)).astype(np.float32)
     backdrop = rng.uniform(0, 255, (*owner.shape, 3)).astype(np.float32)
     marks = rng.integers(0, 3, owner.shape).astype(np.uint8)
+    marks[: ROWS // 2] = 0
     veils = no_veils(owner.shape)
     if in_target:
         layers = rng.integers(-1, 3, (2, *owner.shape)).astype(np.int32)
@@ -38,6 +40,9 @@ def test_layers(seed: int, in_target: bool) -> None:
         shades = rng.uniform(0, 255, (3, 3)).astype(np.float32)
         veils = Veils(depths, layers, shades, rng.random(owner.shape) < 0.3)
     found = paint(backdrop, near, owner, colours, FLAT, marks, veils, INKS)
+    nothing = np.full_like(near, -np.inf), np.full_like(owner, -1), colours, FLAT, np.zeros_like(marks)
+    blank = paint(backdrop, *nothing, veils, INKS)
+    assert (found == paint(backdrop, near, owner, colours, FLAT, marks, veils, INKS, blank)).all()
 
     image = backdrop.astype(np.float64)
     image[owner >= 0] = colours[owner[owner >= 0]]
