@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Every run behind this folder's tables and figures, then the report itself. Started again it goes on where it was.
-#   results/paper/reproduce.sh [FOLDER FOR THE RUNS [FOLDER FOR THE REPORT]]
+#   results/paper/reproduce.sh [FOLDER FOR THE RUNS [FOLDER FOR THE REPORT [FOLDER FOR DESIGNS AND FILMS]]]
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 runs=${1:-results/paper_runs}
@@ -21,6 +21,7 @@ origami-lab -m "$variants" search=evo "output=$runs/variants/evo" "${common[@]}"
 origami-lab -m "$targets" search=evo search.rescale=false "output=$runs/plain_evo" "${common[@]}"
 # what its program does, with its way of scoring (conf/program)
 origami-lab -m "$published" "$all" "output=$runs/as_published" "${common[@]}"
+echo "the paper's own cells without ppo took $((SECONDS / 60)) minutes"
 # the objects and variants by the other searchers: the paper has evo only
 origami-lab -m "$objects" "$others" "output=$runs/objects/others" "${common[@]}"
 origami-lab -m "$variants" "$others" "output=$runs/variants/others" "${common[@]}"
@@ -28,3 +29,5 @@ origami-lab -m "$variants" "$others" "output=$runs/variants/others" "${common[@]
 origami-lab -m "$targets" search=ppo "output=$runs/ppo" "${common[@]}"
 
 origami-lab report "$runs" --output "$report" --beside paper
+# the best design of each task, and its film
+python -m benchmarks.best_designs "$runs/targets" "$runs/objects" "$runs/variants" --out "${3:-results/paper}"
