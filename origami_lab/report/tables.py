@@ -67,13 +67,14 @@ def return_tables(groups: Groups, beside: KnownValues | None = None) -> list[Tab
         if any(_differ(first.get(place), spread) for place, spread in values.items()):
             name = f"returns_{distance}"
             tables.append(_table(groups, name, f"Best return, measured by {distance} distance", values, beside, 4))
+    # what others publish are distances from the farthest place, or returns: they say nothing of what follows
     if means := _values(groups, "chamfer"):
         values = {place: replace(spread, mean=-spread.mean) for place, spread in means.items()}
         title = "Best return, measured by the mean distance both ways (chamfer)"
-        tables.append(_table(groups, "returns_mean", title, values, beside, 4))
+        tables.append(_table(groups, "returns_mean", title, values, {}, 4))
     if likeness := _values(groups, "likeness"):
         title = "Likeness: share of the target's area with a panel within 5 % of its size, turned by 20° at most"
-        tables.append(_table(groups, "returns_likeness", title, likeness, beside, 4))
+        tables.append(_table(groups, "returns_likeness", title, likeness, {}, 4))
     if polished := _values(groups, "polished_return"):
         title = "Return of the best designs once polished off the grid"
         tables.append(_table(groups, "returns_polished", title, polished, {}, 4))

@@ -184,6 +184,17 @@ def test_the_paper_s_values_stand_only_beside_cells_of_its_budget_and_ten_seeds(
     assert len(beside(return_tables(groups, of_any_budget())[0])) > 10
 
 
+def test_distances_stand_beside_distances_only(tmp_path: Path) -> None:
+    """A likeness, or a mean distance, is compared with nobody's distance from the farthest place."""
+    other = {"chamfer": 0.25, "likeness": 0.75, "return_surface": -1.5}
+    write_run(tmp_path / "a", "cube", "rdm", [trial(-1.0, **other)])
+    tables = {table.name: table for table in return_tables(gather(tmp_path)[1], of_any_budget())}
+    assert set(tables) >= {"returns", "returns_surface", "returns_mean", "returns_likeness"}
+    named = {name for name, table in tables.items() if beside(table)}
+    assert {"returns", "returns_surface"} <= named
+    assert not named & {"returns_mean", "returns_likeness"}
+
+
 def test_numbers() -> None:
     assert [number(value, 2) for value in (-1.005, 0.0, -0.001, 12345.678)] == ["−1.00", "0.00", "0.00", "12,345.68"]
 
