@@ -220,7 +220,7 @@ def test_numbers_that_vanish_take_no_time_and_change_no_weight(torch: Any) -> No
     """Weights whose gradient ends take the same steps, to the last bit, as those of which nothing is taken for zero."""
     from contextlib import nullcontext
 
-    from origami_lab.search.ppo_learner import vanishing_as_zero
+    from origami_lab.search.ppo_learner import isolated, vanishing_as_zero
 
     def stepped(step: Any) -> tuple[Any, Any]:
         weights = torch.linspace(-1.0, 1.0, 64).requires_grad_()
@@ -231,8 +231,9 @@ def test_numbers_that_vanish_take_no_time_and_change_no_weight(torch: Any) -> No
                 optimizer.step()
         return weights.detach(), optimizer.state[weights]["exp_avg"]
 
-    weights, moments = stepped(vanishing_as_zero)
-    plain, tiny = stepped(nullcontext)
+    with isolated(0):  # one thread, as the learner
+        weights, moments = stepped(vanishing_as_zero)
+        plain, tiny = stepped(nullcontext)
     assert 0.0 < float(tiny.abs().max()) < float(np.finfo(np.float32).tiny), "so that there is something to be zero"
     assert not moments.any()
     assert torch.equal(weights, plain)
