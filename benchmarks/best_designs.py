@@ -1,8 +1,8 @@
 """The best design of each task among runs, and its film: ``python -m benchmarks.best_designs RUNS... --out FOLDER``.
 
 Writes ``designs/TASK-METHOD-seedN.fold`` and, where there is ffmpeg, ``films/TASK.mp4``. Of equally good designs it is
-the one of the first searcher in the reports' order, then of the smallest seed. With ``--actions`` it is told FOLD files
-instead of runs, and films the designs of :mod:`benchmarks.design_quality` that they hold: ``TASK/best.fold``.
+the one of the first searcher in the reports' order, then of the smallest seed. With ``--actions`` it is told folders
+that are named after tasks of :mod:`benchmarks.design_quality`, and films the ``best.fold`` in each.
 """
 
 from __future__ import annotations

@@ -81,10 +81,12 @@ class Studio:
         dark = (0.55 * TARGET[0], 0.55 * TARGET[1], 0.55 * TARGET[2])
         depths = {"veil_depth": 0.002 * self.fine, "rim_depth": 0.004 * self.fine}
         self.inks = Inks(INK, dark, meet=0.55, end=0.9, veil=_VEIL, seen=0.75, hidden=0.4, **depths)
+        self._blank: NDArray[np.uint8] | None = None
+
+    def expect_many(self) -> None:
+        """Paint what is seen without a sheet once, for all pictures to come; they are the same with and without it."""
         empty = fill_z_buffer(np.zeros((0, 3, 3)), np.zeros(0, np.int32), self.shape)
-        self.blank: NDArray[np.uint8] | None = None
-        """(rows/2, columns/2, 3) the picture without a sheet."""
-        self.blank = self._painted(*empty, np.zeros((0, 3), np.float32))
+        self._blank = self._painted(*empty, np.zeros((0, 3), np.float32))
 
     def picture(self, sheet: DrawnSheet, coords: NDArray[np.float64]) -> Image.Image:
         """The panels at (V, 3) folded ``coords``."""
@@ -98,7 +100,7 @@ class Studio:
         marks = np.zeros(owner.shape, dtype=np.uint8)
         mark_borders(owner, near, _STEP * self.fine, max(1, round(self.fine / 1000)), marks)
         layers = (near, owner, colours, _surroundings(near, owner), marks)
-        return paint(self.backdrop, *layers, self.veils, self.inks, self.blank)
+        return paint(self.backdrop, *layers, self.veils, self.inks, self._blank)
 
     def _panel_colours(
         self, sheet: DrawnSheet, spatial: NDArray[np.float64], corners: NDArray[np.float64]

@@ -30,6 +30,7 @@ def motion_pictures(fold: FoldFile, target: TargetSurface | None, size: int) -> 
     """The frames of :func:`steps` as pictures, ``size`` pixels wide; camera and scale are the same in all."""
     frames = steps(fold)
     studio = Studio(np.vstack([frame.coords for frame in frames]), target, size, trim=True, upright=fold.upright)
+    studio.expect_many()
     sheet = sheet_of(fold)
     pictures = []
     for frame in frames:
