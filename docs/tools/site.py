@@ -17,6 +17,7 @@ from sphinx.util.docutils import SphinxDirective
 from origami_lab.drawing import TargetSurface, viewer_page
 from origami_lab.drawing.viewer import viewer_script
 from origami_lab.fold_format import read_fold
+from tools.folder_pages import page_of
 from tools.gallery import target_of_design
 
 ROOT = Path(__file__).parents[2]
@@ -31,13 +32,6 @@ ACCESSIBLE = {
 """What Sphinx and its theme write, and what axe asks for."""
 NOT_YET = ("docs/studio",)
 """Pages that the first page has a place for before they are there."""
-FOLDERS = {
-    "conf/search": "docs/settings",
-    "results/paper/designs": "docs/gallery",
-    "results/paper/report/figures": "results/paper/report/returns",
-    "sweeps": "sweeps/README",
-}
-"""The page that stands for a folder, which a code host shows by itself."""
 _LINK = re.compile(r"\]\(([^)\s]+\.fold)\)")
 _FOLDER = re.compile(r"\]\(([\w./-]+)\)")
 _COLON = "\ue000"
@@ -95,7 +89,7 @@ def adapt(app: Sphinx, docname: str, source: list[str]) -> None:
 
     def page(link: re.Match[str]) -> str:
         folder = (ROOT / docname).parent.joinpath(link[1]).resolve()
-        known = folder.is_dir() and FOLDERS.get(folder.relative_to(ROOT).as_posix())
+        known = page_of(folder) if folder.is_dir() else None
         return f"](/{known}.md)" if known else link[0]
 
     source[0] = _FOLDER.sub(page, _LINK.sub(both, source[0]))

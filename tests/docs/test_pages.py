@@ -16,10 +16,17 @@ from origami_lab.about import __version__
 from tests.docs.page_blocks import PAGES, ROOT
 
 sys.path.append(str(ROOT / "docs"))
-from tools import gallery, glossary, settings
+from tools import folder_pages, gallery, glossary, settings
 
 DOCS = ROOT / "docs"
 REFERENCE = DOCS / "reference"
+MORE_PAGES = [  # of the site
+    *ROOT.glob("*.md"),
+    *ROOT.glob("benchmarks/**/*.md"),
+    *ROOT.glob("results/**/*.md"),
+    *ROOT.glob("sweeps/*.md"),
+]
+SITE = sorted({*PAGES, *MORE_PAGES})
 
 
 def text_of(page: Path) -> str:
@@ -82,7 +89,7 @@ def test_every_package_has_a_page_of_reference() -> None:
     assert len(shown) == len(set(shown))
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+@pytest.mark.parametrize("page", SITE, ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_links_lead_somewhere(page: Path) -> None:
     for link in re.findall(r"\]\(([^)\s]+)\)", text_of(page)):
         if re.match(r"https?://|mailto:", link):
@@ -91,6 +98,9 @@ def test_links_lead_somewhere(page: Path) -> None:
         place = (page.parent / path).resolve() if path else page
         assert place.exists(), link
         assert place.is_relative_to(ROOT), link
+        if place.is_dir():
+            on_site = folder_pages.page_of(place)
+            assert on_site is not None and (ROOT / f"{on_site}.md").is_file(), f"{link}: the site has no page of it"
         assert not fragment or fragment in anchors(place), link
 
 
