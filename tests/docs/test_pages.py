@@ -100,7 +100,8 @@ def test_links_lead_somewhere(page: Path) -> None:
         assert place.is_relative_to(ROOT), link
         if place.is_dir():
             on_site = folder_pages.page_of(place)
-            assert on_site is not None and (ROOT / f"{on_site}.md").is_file(), f"{link}: the site has no page of it"
+            assert on_site is not None, f"{link}: the site has no page of it"
+            assert (ROOT / f"{on_site}.md").is_file(), on_site
         assert not fragment or fragment in anchors(place), link
 
 
