@@ -13,12 +13,15 @@ from __future__ import annotations
 import hashlib
 import logging
 import time
+import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+from numba.core import types
+from numba.core.caching import IndexDataCacheFile
 from numba.core.cpu import CPUTargetOptions
 from numba.core.event import Listener, install_listener
 from numba.extending import overload
@@ -64,12 +67,47 @@ def counting(options: type, counts: bool) -> dict[str, bool]:
 _WITH_COUNTS, _WITHOUT_COUNTS = counting(CPUTargetOptions, True), counting(CPUTargetOptions, False)
 
 
+def content_names(record: types.Record) -> tuple[str, tuple[str, ...]]:
+    """The name of a record, such as a board, in the names of the functions that take it: one for one content.
+
+    Numba takes a number that says how many types this process knew before (its issue 7654). Of code that two processes
+    kept on disk, functions for different boards could then have one name, and a third process that loads both calls
+    one of them for the other.
+    """
+    return type(record).__name__, (hashlib.sha256(record.name.encode()).hexdigest()[:16],)
+
+
+types.Record.mangling_args = property(content_names)  # type: ignore[assignment, method-assign]
+
+
+class OwnNames(IndexDataCacheFile):  # type: ignore[misc]
+    """The files of one kernel's machine code on disk: each version has a name that no other ever had.
+
+    Numba numbers them. Of two processes that save different versions of a kernel at the same moment, one could later
+    be handed the other's code for its own.
+    """
+
+    def save(self, key: object, data: object) -> None:
+        """Save a version; what other processes save meanwhile keeps its name, or is compiled once more."""
+        name = self._load_index().get(key) or self._data_name(uuid.uuid4().int)
+        self._save_data(name, data)
+        self._save_index({**self._load_index(), key: name})
+
+
+def named(dispatcher: Any) -> Any:
+    """A kernel whose versions on disk have names of their own, if numba keeps them as it did: that is not public."""
+    file = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
+    if type(file) is IndexDataCacheFile:
+        file.__class__ = OwnNames
+    return dispatcher
+
+
 def kernel(function: F) -> F:
     """Compile ``function`` in nopython mode and cache the machine code on disk.
 
     No ``fastmath``: results must be the same bits on every run, and mirror images exact.
     """
-    return cast(F, numba.njit(cache=_IS_KEPT, error_model="numpy", **_WITH_COUNTS)(function))
+    return cast(F, named(numba.njit(cache=_IS_KEPT, error_model="numpy", **_WITH_COUNTS)(function)))
 
 
 def bare(function: F) -> F:
@@ -78,12 +116,13 @@ def bare(function: F) -> F:
     Numba counts references to every array and slice that code with arrays of its own is handed, a fifth of the time of
     a search. Here it does not, where this version of numba can do without; the results are the same.
     """
-    return cast(F, numba.njit(cache=_IS_KEPT, error_model="numpy", **_WITHOUT_COUNTS)(function))
+    return cast(F, named(numba.njit(cache=_IS_KEPT, error_model="numpy", **_WITHOUT_COUNTS)(function)))
 
 
 def inlined(function: F) -> F:
     """Like :func:`bare` for small helpers of the hot loops, which LLVM shall inline."""
-    return cast(F, numba.njit(cache=_IS_KEPT, error_model="numpy", forceinline=True, **_WITHOUT_COUNTS)(function))
+    options = {"error_model": "numpy", "forceinline": True, **_WITHOUT_COUNTS}
+    return cast(F, named(numba.njit(cache=_IS_KEPT, **options)(function)))
 
 
 def compiled_as(function: Callable[..., Any]) -> Callable[[F], F]:
@@ -94,6 +133,13 @@ def compiled_as(function: Callable[..., Any]) -> Callable[[F], F]:
     return cast(
         Callable[[F], F], overload(function, jit_options={"error_model": "numpy", **_WITHOUT_COUNTS}, strict=False)
     )
+
+
+def compile_for(function: Callable[..., Any], *arguments: object) -> None:
+    """Compile a kernel for arguments like these, without a call, or load it if that was done before."""
+    compile_version = getattr(function, "compile", None)
+    if compile_version is not None:  # not in plain Python
+        compile_version(tuple(numba.typeof(argument) for argument in arguments))
 
 
 class CompileClock(Listener):  # type: ignore[misc]

@@ -110,6 +110,7 @@ class PlainDisplay(QuietDisplay):
         self.trials = {seed: _Trial() for seed in seeds}
         self.last_line = time.monotonic()
         self.warm = self.announced = self.compiled = False
+        self.compiles_since = 0.0
 
     def note(self, line: str) -> None:
         """Show one line of text as it is."""
@@ -123,11 +124,13 @@ class PlainDisplay(QuietDisplay):
         ):
             self.say(self._line(event.seed))
         now = time.monotonic()
-        # without kernels nothing moves, and that was said
         shown = ("running", "polishing")
         running = [seed for seed, trial in self.trials.items() if trial.status in shown and self.warm]
-        if running and now - self.last_line >= LINE_EVERY:
+        compiles = self.announced and not self.compiled and not self.warm
+        if (running or compiles) and now - self.last_line >= LINE_EVERY:
             self.last_line = now
+            if compiles:
+                self.say(f"compiling for {now - self.compiles_since:.0f} s")
             for seed in running:
                 self.say(self._line(seed))
 
@@ -137,6 +140,7 @@ class PlainDisplay(QuietDisplay):
                 self.trials[seed].status = "running"
             case Compiling():
                 self.announced = True
+                self.compiles_since = self.last_line = time.monotonic()
                 self.say("compiling the kernels, the first time only")
             case Compiled(seconds):
                 self.warm = True
@@ -280,7 +284,7 @@ class LiveDisplay(PlainDisplay):
         if trial.running and trial.status != "polishing" and trial.interactions >= self.budget:
             return "drawing" if self.draws else "writing"
         if trial.running and not self.warm:
-            return "compiling" if self.announced else "loading"
+            return f"compiling, {time.monotonic() - self.compiles_since:.0f} s" if self.announced else "loading"
         return trial.status[:40]
 
 

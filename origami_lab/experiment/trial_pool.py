@@ -13,6 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from origami_lab.config.settings import Settings
+from origami_lab.experiment.kernel_loading import can_compile_beside, compile_beside
 from origami_lab.experiment.trial_progress import Polishing, Progress
 from origami_lab.experiment.trial_worker import Compiled, Compiling, Failed, Finished, Task, serve
 from origami_lab.runs.run_folder import RunFolder
@@ -63,6 +64,7 @@ class TrialPool:
     def __init__(self, settings: Settings) -> None:
         self._settings = settings
         self._workers = [_Worker(settings, first=True)]
+        self._compiler: WorkerProcess | None = None
         self.stopping = False
 
     def run(self, folder: RunFolder, seeds: Sequence[int]) -> Iterator[Event]:
@@ -90,7 +92,11 @@ class TrialPool:
             events = list(self._listen(busy))
             if first_report == math.inf and any(isinstance(event, Progress) for event in events):
                 first_report = time.monotonic()
+            if any(isinstance(event, Compiling) for event in events) and can_compile_beside():
+                self._compiler = WorkerProcess(compile_beside, (self._settings,), None)
             ready = ready or any(_is_under_way(event) for event in events)
+            if ready:
+                self._end_compiler()
             ready = ready or time.monotonic() - first_report > HEAD_START_SECONDS
             yield from events or [Tick()]
 
@@ -99,6 +105,7 @@ class TrialPool:
         if self.stopping:
             return
         self.stopping = True
+        self._end_compiler()
         for worker in self._workers:
             if worker.task is None:
                 continue
@@ -110,6 +117,7 @@ class TrialPool:
 
     def close(self) -> None:
         """End all workers, whatever they are doing. More than once does no harm."""
+        self._end_compiler()
         for worker in self._workers:
             if worker.task is None and worker.used:
                 worker.send(None)
@@ -124,6 +132,13 @@ class TrialPool:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def _end_compiler(self) -> None:
+        """End the process that compiles beside the first worker, if there is one: nothing of it is lost."""
+        if self._compiler is not None:
+            self._compiler.kill()
+            self._compiler.bury()
+            self._compiler = None
 
     def _listen(self, busy: Sequence[_Worker]) -> Iterator[Event]:
         for worker, event in hear(busy, TICK_SECONDS):

@@ -18,8 +18,8 @@ from origami_lab.jit import bare, inlined, kernel
 
 Array = NDArray[np.float64]
 
-LANES = 8
-"""Points that are measured at once."""
+LANES = 32
+"""Points that are measured at once: four vectors of eight."""
 
 
 class Sampled(NamedTuple):
@@ -40,7 +40,7 @@ class Sampled(NamedTuple):
     is_made
         (T,) whether they were.
     lanes
-        (8,) scratch.
+        (LANES,) scratch.
     """
 
     tree: Bvh
@@ -129,25 +129,57 @@ def _make_points(sampled: Sampled, t: int) -> None:
 
 
 @bare
-def _nearest_of(sampled: Sampled, t: int, x: float, y: float, z: float, best: float) -> float:
-    """The smaller of ``best`` and the squared distance to the points of triangle ``t`` of the tree."""
+def _nearest_of(sampled: Sampled, t: int, x: float, y: float, z: float, enough_sq: float, best: float) -> float:
+    """The smaller of ``best`` and the squared distance to the points of triangle ``t`` of the tree.
+
+    Or to some of them, if that is not above ``enough_sq``.
+    """
     points, lanes = sampled.points, sampled.lanes
     original = sampled.tree.original[t]
     if not sampled.is_made[original]:
         _make_points(sampled, original)
     first, last = sampled.starts[original], sampled.starts[original + 1]
+    if last - first < LANES:
+        for i in range(first, last):
+            dx, dy, dz = points[0, i] - x, points[1, i] - y, points[2, i] - z
+            best = min(best, dx * dx + dy * dy + dz * dz)
+        return best
     for c in range(LANES):
         lanes[c] = best
-    while first + LANES <= last:  # eight in a vector
+    while first < last:
+        first = min(first, last - LANES)  # some are measured twice
+        is_near = False
         for c in range(LANES):
             dx, dy, dz = points[0, first + c] - x, points[1, first + c] - y, points[2, first + c] - z
             lanes[c] = min(lanes[c], dx * dx + dy * dy + dz * dz)
+        for c in range(LANES):
+            is_near |= lanes[c] <= enough_sq
+        if is_near:
+            break
         first += LANES
-    for c in range(LANES):
+    for c in range(LANES // 2):
+        lanes[c] = min(lanes[c], lanes[c + LANES // 2])
+    for c in range(LANES // 2):
         best = min(best, lanes[c])
-    for i in range(first, last):
-        dx, dy, dz = points[0, i] - x, points[1, i] - y, points[2, i] - z
-        best = min(best, dx * dx + dy * dy + dz * dz)
+    return best
+
+
+@bare
+def _nearest_from(
+    sampled: Sampled, nearest: int, x: float, y: float, z: float, enough_sq: float, start_sq: float
+) -> float:
+    """:func:`nearest_sample_squared` where triangle ``nearest`` of the tree is the nearest one."""
+    tree = sampled.tree
+    # it most likely has the nearest point, too; the other triangles are looked at if they might have a nearer one
+    best = _nearest_of(sampled, nearest, x, y, z, enough_sq, start_sq)
+    count, leaves = tree.triangles.shape[0], tree.boxes.shape[0] >> 1
+    for leaf in range(leaves):
+        if best <= enough_sq:
+            return best
+        if box_squared(tree.boxes, leaves + leaf, x, y, z) < best:
+            for t in range(count * leaf // leaves, count * (leaf + 1) // leaves):
+                if t != nearest:
+                    best = _nearest_of(sampled, t, x, y, z, enough_sq, best)
     return best
 
 
@@ -157,20 +189,24 @@ def nearest_sample_squared(sampled: Sampled, x: float, y: float, z: float, enoug
 
     ``enough_sq`` and ``start_sq`` are those of :func:`~origami_lab.geometry.bvh.nearest_squared`.
     """
-    tree = sampled.tree
     if sampled.draws.shape[0] == 0:
-        return nearest_squared(tree, x, y, z, enough_sq, start_sq)
-    _, nearest = nearest_triangle(tree, x, y, z, 0.0, start_sq)
+        return nearest_squared(sampled.tree, x, y, z, enough_sq, start_sq)
+    _, nearest = nearest_triangle(sampled.tree, x, y, z, 0.0, start_sq)
     if nearest < 0:
         return start_sq
-    # it most likely has the nearest point, too; the other triangles are looked at if they might have a nearer one
-    best = _nearest_of(sampled, nearest, x, y, z, start_sq)
-    count, leaves = tree.triangles.shape[0], tree.boxes.shape[0] >> 1
-    for leaf in range(leaves):
-        if best <= enough_sq:
-            return best
-        if box_squared(tree.boxes, leaves + leaf, x, y, z) < best:
-            for t in range(count * leaf // leaves, count * (leaf + 1) // leaves):
-                if t != nearest:
-                    best = _nearest_of(sampled, t, x, y, z, best)
-    return best
+    return _nearest_from(sampled, nearest, x, y, z, enough_sq, start_sq)
+
+
+@bare
+def sample_within_squared(sampled: Sampled, x: float, y: float, z: float, limit_sq: float) -> float:
+    """The squared distance of a point that is within the limit; if there is none, a number above ``limit_sq``.
+
+    Where there are no points, the surface is meant. It takes less than the distance: points are not looked at where the
+    surface itself is too far away.
+    """
+    if sampled.draws.shape[0] == 0:
+        return nearest_squared(sampled.tree, x, y, z, limit_sq, np.inf)
+    squared, nearest = nearest_triangle(sampled.tree, x, y, z, 0.0, np.inf)
+    if squared <= limit_sq:
+        squared = _nearest_from(sampled, nearest, x, y, z, limit_sq, np.nextafter(limit_sq, np.inf))
+    return squared

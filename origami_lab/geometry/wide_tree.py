@@ -26,6 +26,10 @@ MOST_LEVELS = 8
 ROW = 15
 """Numbers kept of a triangle a, b, c: a, b − a, c − a, their cross product n, |n|², |b − a|², |c − a|²."""
 
+SLACK = 1e-12
+"""Of the largest coordinate: what boxes of triangles are wider by. Rounding can make a triangle nearer than its box by
+the last bits, and answers would depend on where the search began. Points and their boxes are rounded alike."""
+
 
 class WideTree(NamedTuple):
     """A tree over T triangles; see :func:`build_wide_tree`.
@@ -36,7 +40,8 @@ class WideTree(NamedTuple):
     Attributes
     ----------
     boxes
-        (n, 6, 8) x0, y0, z0, x1, y1, z1 of the children of each node, by its number; infinitely far where none is.
+        (n, 6, 8) x0, y0, z0, x1, y1, z1 of the children of each node, by its number, wider than they need be by
+        :data:`SLACK`; infinitely far where none is.
     rows
         (T, 15) the triangles, see :data:`ROW`.
     depth
@@ -62,12 +67,13 @@ def build_wide_tree(tree: Bvh) -> WideTree:
     are_points = bool((triangles == triangles[:, :1]).all())
     boxes = np.full((1 << max(depth - BITS + 1, 1), 6, WIDTH), np.inf)
     rows = np.empty((len(triangles), ROW))
-    _fill(triangles, boxes, rows, depth, root_bits)
+    slack = 0.0 if are_points else SLACK * float(np.abs(triangles).max())
+    _fill(triangles, boxes, rows, depth, root_bits, slack)
     return WideTree(boxes, rows, depth, root_bits, are_points)
 
 
 @kernel
-def _fill(triangles: Array, boxes: Array, rows: Array, depth: int, root_bits: int) -> None:
+def _fill(triangles: Array, boxes: Array, rows: Array, depth: int, root_bits: int, slack: float) -> None:
     count = triangles.shape[0]
     for t in range(count):
         for j in range(3):
@@ -92,7 +98,7 @@ def _fill(triangles: Array, boxes: Array, rows: Array, depth: int, root_bits: in
                     for corner in range(3):
                         low, high = min(low, triangles[t, corner, j]), max(high, triangles[t, corner, j])
                 if first < last:
-                    boxes[parent, j, child], boxes[parent, 3 + j, child] = low, high
+                    boxes[parent, j, child], boxes[parent, 3 + j, child] = low - slack, high + slack
         level -= bits
 
 

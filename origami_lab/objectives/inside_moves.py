@@ -7,10 +7,8 @@ import numpy as np
 from origami_lab.game.kernels.boundary import NEXT, PREV, near_side
 from origami_lab.game.kernels.extension import outer_place
 from origami_lab.game.kernels.state import SECOND, Record
-from origami_lab.geometry.bvh import inside
-from origami_lab.geometry.wide_tree import nearest_row
 from origami_lab.jit import bare
-from origami_lab.objectives.shape_kernels import Surface
+from origami_lab.objectives.known_places import Surface, strayed_squared
 
 
 @bare
@@ -37,8 +35,8 @@ def stray_inside(s: Record, r: Record, memo: Record, target: Surface, enough: fl
             for g in range(r.order if target.images else 1):
                 gx = r.matrices[g, 0] * x + r.matrices[g, 1] * y
                 gy = r.matrices[g, 2] * x + r.matrices[g, 3] * y
-                squared, memo.near = nearest_row(target.tree, gx, gy, z, far * far, enough * enough, memo.near, s.far)
-                if squared > far * far and not (target.solid and inside(target.hull, gx, gy, z)):
+                squared, memo.near = strayed_squared(target, gx, gy, z, far * far, enough * enough, memo.near, s.far)
+                if squared > far * far:
                     far = np.sqrt(squared)
         best = min(best, far + penalty)
     return best

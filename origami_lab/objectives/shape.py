@@ -33,9 +33,9 @@ from origami_lab.geometry.sampling import surface_draws
 from origami_lab.geometry.surface_means import Cells, cells_of, like_share, mean_distance, thinned
 from origami_lab.geometry.wide_tree import WideTree, build_wide_tree
 from origami_lab.objectives.compiled_score import scores_itself
+from origami_lab.objectives.known_places import Surface, nothing_known
 from origami_lab.objectives.objective import NO_SCORE, Memos, Score, checked_number
 from origami_lab.objectives.shape_kernels import (
-    Surface,
     folded_triangles_of,
     memo_dtype,
     stray_at,
@@ -183,11 +183,11 @@ class ShapeEvaluator:
         solid, weight, hint = bool(target.closed), objective.compactness, np.zeros(1, dtype=np.int64)
         if distance == "sampled":  # random samples have no symmetry
             cover = objective.random_cover
-            surface = Surface(objective.random_tree, target.bvh, solid, True, weight)
+            surface = Surface(objective.random_tree, target.bvh, solid, True, weight, nothing_known())
             return ShapeScore(surface, cover, objective.draws, hint)
         symmetric = target.has_symmetry(self._game.symmetry)
         cover = _playable_part(objective.cover, self._game, target.uncertainty) if symmetric else objective.cover
-        surface = Surface(target.wide_tree, target.bvh, solid, not symmetric, weight)
+        surface = Surface(target.wide_tree, target.bvh, solid, not symmetric, weight, nothing_known())
         return ShapeScore(surface, cover, np.empty((0, 3)), hint)
 
     def new_memos(self, count: int) -> Memos:

@@ -6,17 +6,17 @@ monotone potential of the paper (section 3.6.1) and a true bound. d← (:func:`u
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from origami_lab.game.kernels.collisions import folded_place, place_corner
 from origami_lab.game.kernels.state import Record, States, has_image, image_code
-from origami_lab.geometry.bvh import Bvh, inside, triangle_squared
-from origami_lab.geometry.sampled import Sampled, nearest_sample_squared, sample_surface
-from origami_lab.geometry.wide_tree import WideTree, nearest_row
+from origami_lab.geometry.bvh import Bvh, triangle_squared
+from origami_lab.geometry.sampled import Sampled, nearest_sample_squared, sample_surface, sample_within_squared
 from origami_lab.jit import bare, inlined, kernel
+from origami_lab.objectives.known_places import Surface, strayed_squared
 
 Array = NDArray[np.float64]
 
@@ -35,30 +35,6 @@ def memo_dtype(angles: int) -> np.dtype[np.void]:
         ("penalty", np.float64, (angles,)),
     ]
     return np.dtype((np.record, np.dtype(fields, align=True)))
-
-
-class Surface(NamedTuple):
-    """A target as :func:`stray` measures it.
-
-    Attributes
-    ----------
-    tree
-        What distances are measured to: its triangles, or points drawn on them.
-    hull
-        Its triangles.
-    solid
-        Vertices inside the closed target do not stray.
-    images
-        Whether to measure all images of a vertex; not needed where the target has the game's symmetry.
-    compactness
-        Weight of the penalty on the vertex that is furthest from the board's centre, 0 for none.
-    """
-
-    tree: WideTree
-    hull: Bvh
-    solid: bool
-    images: bool
-    compactness: float
 
 
 @inlined
@@ -89,10 +65,10 @@ def stray(s: Record, r: Record, memo: Record, target: Surface, enough: float) ->
                 if so_far + memo.penalty[k] >= enough:
                     continue
                 x, y, z = folded_place(s, r, 8 * v + g, k)
-                squared, memo.near = nearest_row(
-                    target.tree, x, y, z, so_far * so_far, enough * enough, memo.near, s.far
+                squared, memo.near = strayed_squared(
+                    target, x, y, z, so_far * so_far, enough * enough, memo.near, s.far
                 )
-                if squared > so_far * so_far and not (target.solid and inside(target.hull, x, y, z)):
+                if squared > so_far * so_far:
                     memo.stray[k] = np.sqrt(squared)
     memo.measured = s.n_vertices
     best = np.inf
@@ -120,8 +96,8 @@ def vertex_stray(
         if farthest >= enough or (g > 0 and not has_image(r, s.axis[v], g)):
             continue
         x, y, z = folded_place(s, r, 8 * v + g, k)
-        squared, near = nearest_row(target.tree, x, y, z, farthest * farthest, enough * enough, near, s.far)
-        if squared > farthest * farthest and not (target.solid and inside(target.hull, x, y, z)):
+        squared, near = strayed_squared(target, x, y, z, farthest * farthest, enough * enough, near, s.far)
+        if squared > farthest * farthest:
             farthest = np.sqrt(squared)
     return farthest, near
 
@@ -208,23 +184,21 @@ def uncovered(samples: Bvh, sheet: Sampled, start: float, enough: float, hint: N
                     hint[0] = i
             continue
         far, near = -1, -1
-        far_distance = -1.0
+        far_squared = -1.0
         for child in (2 * node, 2 * node + 1):
             hx = 0.5 * (boxes[child, 3] - boxes[child, 0])
             hy = 0.5 * (boxes[child, 4] - boxes[child, 1])
             hz = 0.5 * (boxes[child, 5] - boxes[child, 2])
-            radius = np.sqrt(hx * hx + hy * hy + hz * hz)
-            limit = max(0.0, best - radius)
-            d = np.sqrt(
-                nearest_sample_squared(
-                    sheet, boxes[child, 0] + hx, boxes[child, 1] + hy, boxes[child, 2] + hz, limit * limit, np.inf
-                )
+            limit = best - np.sqrt(hx * hx + hy * hy + hz * hz)
+            limit_sq = limit * limit if limit >= 0.0 else -1.0
+            squared = sample_within_squared(
+                sheet, boxes[child, 0] + hx, boxes[child, 1] + hy, boxes[child, 2] + hz, limit_sq
             )
-            if d + radius <= best:
+            if squared <= limit_sq:
                 continue
-            if d > far_distance:
+            if squared > far_squared:
                 near = far
-                far, far_distance = child, d
+                far, far_squared = child, squared
             else:
                 near = child
         # the farther half is looked at first

@@ -11,7 +11,8 @@ from origami_lab.game.kernels.state import States
 from origami_lab.geometry.bvh import Bvh
 from origami_lab.jit import bare
 from origami_lab.objectives.compiled_score import answered_by
-from origami_lab.objectives.shape_kernels import Surface, least_distance, stray, vertex_distance
+from origami_lab.objectives.known_places import Surface
+from origami_lab.objectives.shape_kernels import least_distance, stray, vertex_distance
 
 
 @bare

@@ -20,8 +20,9 @@ from origami_lab.game.kernels.collisions import place_corner
 from origami_lab.game.kernels.state import Record, States
 from origami_lab.geometry.bvh import Bvh, build_bvh, inside, nearest_squared, nearest_triangle, triangle_squared
 from origami_lab.jit import inlined, kernel
+from origami_lab.objectives.known_places import Surface, nothing_known
 from origami_lab.objectives.shape import ShapeObjective
-from origami_lab.objectives.shape_kernels import Surface, folded_triangles
+from origami_lab.objectives.shape_kernels import folded_triangles
 from origami_lab.polish.finer_board import FineBoard
 
 VERTEX_WEIGHT = 20.0
@@ -64,7 +65,8 @@ def yardstick_of(objective: ShapeObjective, board: FineBoard) -> Yardstick:
     samples = np.ascontiguousarray(objective.cover.triangles[:, 0])
     if symmetric and len(group.normals):
         samples = np.ascontiguousarray(samples[(samples[:, :2] @ group.normals.T >= -1e-9).all(axis=1)])
-    surface = Surface(target.wide_tree, target.bvh, bool(target.closed), not symmetric, objective.compactness)
+    solid = bool(target.closed)
+    surface = Surface(target.wide_tree, target.bvh, solid, not symmetric, objective.compactness, nothing_known())
     nothing = np.zeros(0, dtype=np.int64)
     return Yardstick(surface, samples, nothing.reshape(0, 3), nothing, 1.0 / board.finer)
 

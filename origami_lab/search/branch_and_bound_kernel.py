@@ -16,8 +16,9 @@ from origami_lab.game.kernels.undo import Notes, play_noted, restore, write_note
 from origami_lab.jit import bare, inlined
 from origami_lab.objectives.compiled_score import CompiledScore, best_in_kernel, bound_in_kernel
 from origami_lab.objectives.inside_moves import stray_inside
+from origami_lab.objectives.known_places import Surface
 from origami_lab.objectives.objective import Memos
-from origami_lab.objectives.shape_kernels import Surface, stray
+from origami_lab.objectives.shape_kernels import stray
 from origami_lab.search.random_stream import Actions, sample_distinct
 
 # why the walk stopped

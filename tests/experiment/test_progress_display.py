@@ -85,6 +85,17 @@ def test_compiling_is_said_while_it_happens_and_its_end_once(events: tuple[Event
     assert all(line.startswith(begin) for line, begin in zip(found, said, strict=True))
 
 
+def test_compiling_is_said_to_go_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    out, now = io.StringIO(), [100.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    with make_display(Console(file=out, width=100), "normal", [3], 100) as display:
+        for event in (Started(3), Compiling(), Tick(), Compiled(31.0), Tick()):
+            now[0] += 15.0
+            display.show(event)
+    said = [line for line in out.getvalue().splitlines() if line.startswith("compil")]
+    assert said == ["compiling the kernels, the first time only", "compiling for 15 s", "compiled in 31 s"]
+
+
 def test_the_pace_is_that_of_the_search_alone() -> None:
     out = io.StringIO()
     with make_display(Console(file=out, width=100), "normal", [3], 100) as display:

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from origami_lab.geometry.bvh import build_bvh
-from origami_lab.geometry.wide_tree import MOST_LEVELS, WIDTH, build_wide_tree, nearest_row
+from origami_lab.geometry.wide_tree import MOST_LEVELS, WIDTH, build_wide_tree, nearest_row, row_squared
 from tests.geometry.test_bvh import brute, random_triangles
 
 
@@ -43,3 +43,20 @@ def test_trees_of_points_of_every_size(count: int) -> None:
     for point in np.random.default_rng(0).normal(size=(20, 3)):
         squared, near = nearest_row(tree, *point, 0.0, np.inf, near, far)
         assert squared == pytest.approx(((points - point) ** 2).sum(axis=1).min(), rel=1e-13)
+
+
+def test_answers_are_the_same_to_the_last_bit_wherever_a_search_begins() -> None:
+    """On a height field a box often ends at the nearest corner, and rounding may put the one before the other."""
+    rng = np.random.default_rng(0)
+    heights = np.cumsum(rng.normal(size=(9, 9)), axis=0)
+    points = np.array([[[x - 4.0, y / 3.0, heights[x, y]] for y in range(9)] for x in range(9)])
+    lower, upper = (
+        [points[:-1, :-1], points[1:, :-1], points[:-1, 1:]],
+        [points[1:, 1:], points[:-1, 1:], points[1:, :-1]],
+    )
+    bvh = build_bvh(np.concatenate([np.stack(each, axis=2).reshape(-1, 3, 3) for each in (lower, upper)]))
+    tree, far = build_wide_tree(bvh), np.empty((MOST_LEVELS, WIDTH))
+    rows = range(len(bvh.triangles))
+    for point in 6 * rng.normal(size=(300, 3)):
+        squared = min(row_squared(tree, row, *point) for row in rows)
+        assert {nearest_row(tree, *point, 0.0, np.inf, near, far)[0] for near in rows[::8]} == {squared}

@@ -216,6 +216,30 @@ def test_a_batch_may_leave_a_minibatch_of_one() -> None:
     assert problem.interactions == 200
 
 
+def test_numbers_that_vanish_take_no_time_and_change_no_weight(torch: Any) -> None:
+    """Weights whose gradient ends take the same steps, to the last bit, as those of which nothing is taken for zero."""
+    from contextlib import nullcontext
+
+    from origami_lab.search.ppo_learner import isolated, vanishing_as_zero
+
+    def stepped(step: Any) -> tuple[Any, Any]:
+        weights = torch.linspace(-1.0, 1.0, 64).requires_grad_()
+        optimizer = torch.optim.Adam([weights], lr=1e-3, eps=1e-5, fused=True)
+        for number in range(1200):
+            weights.grad = torch.linspace(-1e-3, 2e-3, 64) if number < 3 else torch.zeros(64)
+            with step():
+                optimizer.step()
+        return weights.detach(), optimizer.state[weights]["exp_avg"]
+
+    with isolated(0):  # one thread, as the learner
+        weights, moments = stepped(vanishing_as_zero)
+        plain, tiny = stepped(nullcontext)
+    assert 0.0 < float(tiny.abs().max()) < float(np.finfo(np.float32).tiny), "so that there is something to be zero"
+    assert not moments.any()
+    assert torch.equal(weights, plain)
+    assert float(torch.tensor(1e-38) * 0.1) > 0.0, "what others reckon is as it was"
+
+
 class Memory:
     """Checkpoints that are all kept, one before each batch."""
 

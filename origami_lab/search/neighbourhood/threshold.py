@@ -17,10 +17,8 @@ from origami_lab.game.kernels.collisions import place_corner
 from origami_lab.game.kernels.extension import middle_place, outer_place
 from origami_lab.game.kernels.legal_actions import placing_side
 from origami_lab.game.kernels.state import ALL_IMAGES, THIRD, Record, board_points, point_x, point_y
-from origami_lab.geometry.bvh import inside
-from origami_lab.geometry.wide_tree import nearest_row
 from origami_lab.jit import bare, inlined
-from origami_lab.objectives.shape_kernels import Surface
+from origami_lab.objectives.known_places import Surface, strayed_squared
 
 ROUNDING = 1e-12
 """Relative: a place at the threshold to within this does not stray."""
@@ -64,8 +62,8 @@ def place_strays(s: Record, r: Record, aim: Aim, x: float, y: float, z: float) -
         gx = r.matrices[g, 0] * x + r.matrices[g, 1] * y
         gy = r.matrices[g, 2] * x + r.matrices[g, 3] * y
         # looked for up to a little more than the limit
-        squared, s.near = nearest_row(target.tree, gx, gy, z, limit, limit + 1e-6 * limit + 1e-30, s.near, s.far)
-        if squared > limit and not (target.solid and inside(target.hull, gx, gy, z)):
+        squared, s.near = strayed_squared(target, gx, gy, z, limit, limit + 1e-6 * limit + 1e-30, s.near, s.far)
+        if squared > limit:
             return True
     return False
 
