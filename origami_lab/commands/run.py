@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING, NoReturn
 
 from origami_lab.addresses import hidden
 from origami_lab.errors import EXIT_INTERRUPTED, InputError
-from origami_lab.experiment.api import run_one
 from origami_lab.files import expanded
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
+
+    from origami_lab.experiment.trial_process import TrialProcess
 
 RERUN_SETTINGS = (
     "hydra.run.dir=.",
@@ -31,12 +32,23 @@ RERUN_SETTINGS = (
 
 def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
     """Compose the configuration and run one experiment, or several with ``-m``; returns the exit code."""
+    from origami_lab.experiment.trial_process import early_process
+
+    # the worker of the usual command imports meanwhile; it would not hear of what Hydra is told to change around it
+    if flags or any("hydra" in word.partition("=")[0] for word in overrides):
+        return _run(overrides, flags, None)
+    with early_process() as early:
+        return _run(overrides, flags, early)
+
+
+def _run(overrides: Sequence[str], flags: Sequence[str], early: TrialProcess | None) -> int:
     import hydra
 
     from origami_lab.config.checked_files import check_typed, only_checked_files
     from origami_lab.config.compose import hydra_words, known_keys, working_directory_importable
     from origami_lab.config.hydra_errors import explain, find_culprit
     from origami_lab.config.option_files import CONFIG_NAME, config_dir
+    from origami_lab.experiment.api import run_one
     from origami_lab.multirun.check_jobs import RefusedJobs
     from origami_lab.multirun.folder_of_command import SWEEP_DIR, multirun_folder, own_words
     from origami_lab.multirun.launchers import has_local_jobs, launcher_settings
@@ -52,7 +64,7 @@ def run(overrides: Sequence[str], flags: Sequence[str] = ()) -> int:
         if multirun is not None and os.getpid() != application:
             return multirun.run_launched(config)  # where only exceptions come through
         try:
-            code, mean = run_one(config, (*overrides, *flags)) if multirun is None else multirun.run_job(config)
+            code, mean = run_one(config, (*overrides, *flags), early) if multirun is None else multirun.run_job(config)
         except Exception as error:
             # kept from Hydra, which would print its own lines about it
             raised.append(error)

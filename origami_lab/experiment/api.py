@@ -15,11 +15,10 @@ from origami_lab.runs.result import Result
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
-
-if TYPE_CHECKING:
     from rich.console import Console
 
     from origami_lab.config.settings import Settings
+    from origami_lab.experiment.trial_process import TrialProcess
 
 
 def run(overrides: Sequence[str] = (), *, config_dir: str | os.PathLike[str] | None = None) -> Result:
@@ -106,8 +105,16 @@ def _checked(overrides: Sequence[str]) -> list[str]:
     return texts
 
 
-def run_one(config: DictConfig, arguments: Sequence[str]) -> tuple[int, float | None]:
-    """Run one experiment and print what it found; returns the exit code and the mean return."""
+def run_one(
+    config: DictConfig, arguments: Sequence[str], early: TrialProcess | None = None
+) -> tuple[int, float | None]:
+    """Run one experiment and print what it found; returns the exit code and the mean return.
+
+    Parameters
+    ----------
+    early
+        A worker that has begun to import already, to be the first.
+    """
     from rich.console import Console
 
     from origami_lab.config.settings import read_settings
@@ -115,7 +122,7 @@ def run_one(config: DictConfig, arguments: Sequence[str]) -> tuple[int, float | 
 
     console, errors = Console(), Console(stderr=True)
     settings = read_settings(config)
-    experiment = run_experiment(settings, errors, ["origami-lab", *arguments])
+    experiment = run_experiment(settings, errors, ["origami-lab", *arguments], early=early)
     show_results(console, settings, experiment)
     console.print(str(experiment.folder), highlight=False, soft_wrap=True)
     mean = experiment.summary["returns"].get("return")

@@ -12,17 +12,18 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from origami_lab.config.instantiate import Parts, build_parts
+from origami_lab.config.instantiate import build_parts
 from origami_lab.config.resumed_settings import like_begun, with_stages
 from origami_lab.config.seeds import format_seeds, parse_seeds
 from origami_lab.config.settings import Settings, fit_workers
-from origami_lab.config.warnings import remarks
 from origami_lab.errors import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK
+from origami_lab.experiment.checked_parts import CheckedParts, Shape, look_at
 from origami_lab.experiment.progress_display import Display, make_display
 from origami_lab.experiment.run_page import FINISHED, RunPage
 from origami_lab.experiment.run_summary import summarise
 from origami_lab.experiment.trial import is_done, is_searched
 from origami_lab.experiment.trial_pool import Event, TrialPool
+from origami_lab.experiment.trial_process import TrialProcess
 from origami_lab.experiment.trial_progress import Polishing, Progress
 from origami_lab.experiment.trial_worker import Failed, Finished
 from origami_lab.runs.run_folder import NO_ROOM, FolderError, RunFolder, read_summary
@@ -36,7 +37,6 @@ from origami_lab.workers.interrupts import Interrupts
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from origami_lab.targets.target import Target
 
 HURRIED_SECONDS = 3.0
 """How long the tracker may take when we are to leave at once."""
@@ -59,7 +59,11 @@ class Experiment:
 
 
 def run_experiment(
-    settings: Settings, console: Console, command: Sequence[str] = (), interrupts: Interrupts | None = None
+    settings: Settings,
+    console: Console,
+    command: Sequence[str] = (),
+    interrupts: Interrupts | None = None,
+    early: TrialProcess | None = None,
 ) -> Experiment:
     """Run the trials that the settings ask for.
 
@@ -75,6 +79,8 @@ def run_experiment(
         The command line, for the record.
     interrupts
         What hears the signals, if others are to look at it meanwhile.
+    early
+        A worker that has begun to import already, to be the first.
 
     Raises
     ------
@@ -85,9 +91,8 @@ def run_experiment(
     """
     settings = _as_begun(fit_workers(settings))
     check_tracking(settings)
-    with interrupts or Interrupts() as interrupts, TrialPool(settings) as pool:
-        # the workers import while the parent imports and checks its input
-        parts = build_parts(settings)
+    with interrupts or Interrupts() as interrupts, TrialPool(settings, early) as pool:
+        parts = pool.checked_parts() or look_at(settings, build_parts(settings))  # which says what is wrong with them
         with RunFolder.opened(settings) as folder, Whereabouts(folder.path) as place:
             resumed = folder.has_begun
             rows = folder.known_rows()
@@ -103,7 +108,7 @@ def run_experiment(
                     display.note(f"nothing to resume in {folder.path} yet: starting")
                 elif settings.resume:
                     display.note(_what_is_there(settings, rows, len(todo)))
-                for remark in remarks(settings, parts) if settings.verbosity != "quiet" else ():
+                for remark in parts.remarks if settings.verbosity != "quiet" else ():
                     display.note(remark)
                 record = _Record(settings, folder, place, rows, display, command, parts.target, trouble)
                 try:
@@ -133,10 +138,10 @@ def _what_is_there(settings: Settings, rows: Mapping[int, TrialRow], todo: int) 
     return ", ".join(said)
 
 
-def _begin(folder: RunFolder, settings: Settings, parts: Parts) -> str:
+def _begin(folder: RunFolder, settings: Settings, parts: CheckedParts) -> str:
     """Write the beginning of a run; why the folder cannot take even that, else an empty text."""
     try:
-        folder.begin(settings.config, parts.target, parts.start_to_keep(settings))
+        folder.begin(settings.config, parts.target, parts.start)
     except FolderError as error:
         return error.why
     return ""
@@ -203,7 +208,7 @@ class _Record:
         rows: dict[int, TrialRow],
         display: Display,
         command: Sequence[str],
-        target: Target | None,
+        target: Shape | None,
         trouble: str,
     ) -> None:
         self.units_per_cell = None if target is None else target.units_per_cell

@@ -13,9 +13,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from origami_lab.config.settings import Settings
+from origami_lab.experiment.checked_parts import CheckedParts
 from origami_lab.experiment.kernel_loading import can_compile_beside, compile_beside
+from origami_lab.experiment.trial_orders import Task
+from origami_lab.experiment.trial_process import TrialProcess
 from origami_lab.experiment.trial_progress import Polishing, Progress
-from origami_lab.experiment.trial_worker import Compiled, Compiling, Failed, Finished, Task, serve
+from origami_lab.experiment.trial_worker import Compiled, Compiling, Failed, Finished
 from origami_lab.runs.run_folder import RunFolder
 from origami_lab.workers.worker_process import STOP, WorkerProcess, hear
 
@@ -39,33 +42,28 @@ class Tick:
 Event = Started | Compiling | Compiled | Progress | Polishing | Finished | Failed | Tick
 
 
-class _Worker(WorkerProcess):
-    """A worker process and the trial that it was given."""
-
-    def __init__(self, settings: Settings, first: bool) -> None:
-        super().__init__(serve, (settings, first), settings.objective_seconds)
-        self.task: Task | None = None
-        self.used = False
-        """Whether it was ever given a trial; until then it imports, and hears nothing."""
-        self.playing = False
-        """Whether its trial has reported: only then is there something to save."""
-        self.dropped = False
-        """Whether it was ended by us, with nothing to save."""
-
-    def give(self, task: Task) -> None:
-        """Have it run a trial."""
-        self.task, self.used, self.playing = task, True, False
-        self.send(task)
-
-
 class TrialPool:
-    """Worker processes. The first starts at once, and imports while the parent still checks its input."""
+    """Worker processes. The first starts at once, makes the parts and loads kernels before it is given a trial.
 
-    def __init__(self, settings: Settings) -> None:
+    Parameters
+    ----------
+    early
+        A worker that has begun to import already, to be the first.
+    """
+
+    def __init__(self, settings: Settings, early: TrialProcess | None = None) -> None:
         self._settings = settings
-        self._workers = [_Worker(settings, first=True)]
+        self._workers = [(early or TrialProcess()).begin(settings, first=True)]
         self._compiler: WorkerProcess | None = None
         self.stopping = False
+
+    def checked_parts(self) -> CheckedParts | None:
+        """What the first worker says of the parts that it has made; None if it could not make them, or died."""
+        first = self._workers[0]
+        while first.process.is_alive() or first.pipe.poll():
+            for _, answer in hear([first], TICK_SECONDS):
+                return answer if isinstance(answer, CheckedParts) else None
+        return None
 
     def run(self, folder: RunFolder, seeds: Sequence[int]) -> Iterator[Event]:
         """Run one trial for each seed and yield what happens, until all have ended.
@@ -76,7 +74,7 @@ class TrialPool:
         todo = deque(seeds)
         ready, first_report = False, math.inf
         while len(self._workers) < min(self._settings.workers, len(todo)):
-            self._workers.append(_Worker(self._settings, first=False))
+            self._workers.append(TrialProcess().begin(self._settings, first=False))
         while True:
             if not self.stopping:
                 for worker in self._workers if ready else self._workers[:1]:
@@ -140,7 +138,7 @@ class TrialPool:
             self._compiler.bury()
             self._compiler = None
 
-    def _listen(self, busy: Sequence[_Worker]) -> Iterator[Event]:
+    def _listen(self, busy: Sequence[TrialProcess]) -> Iterator[Event]:
         for worker, event in hear(busy, TICK_SECONDS):
             if event is None:
                 yield self._bury(worker)
@@ -157,7 +155,7 @@ class TrialPool:
                 worker.kill()
                 yield self._bury(worker, reason)
 
-    def _bury(self, worker: _Worker, reason: str = "") -> Event:
+    def _bury(self, worker: TrialProcess, reason: str = "") -> Event:
         """A worker died with its trial. Another takes its place."""
         task, worker.task = worker.task, None
         assert task is not None
@@ -168,10 +166,10 @@ class TrialPool:
             return Tick()
         return Failed(task.seed, reason or f"the worker process died ({cause})", "")
 
-    def _replace(self, worker: _Worker) -> _Worker:
+    def _replace(self, worker: TrialProcess) -> TrialProcess:
         """A fresh process in a dead one's place."""
         worker.bury()
-        fresh = _Worker(self._settings, first=False)
+        fresh = TrialProcess().begin(self._settings, first=False)
         self._workers[self._workers.index(worker)] = fresh
         return fresh
 

@@ -3,26 +3,21 @@
 from __future__ import annotations
 
 import contextlib
+import sys
 import traceback
 from dataclasses import dataclass, replace
+from importlib import import_module
 
 from origami_lab.config.instantiate import Parts, build_parts
 from origami_lab.config.settings import Settings
+from origami_lab.experiment.checked_parts import CheckedParts, look_at
 from origami_lab.experiment.kernel_loading import load_kernels, warm_up
 from origami_lab.experiment.trial import run_trial
-from origami_lab.runs.run_folder import FolderError, RunFolder
+from origami_lab.experiment.trial_orders import Begin, Task
+from origami_lab.runs.run_folder import FolderError
 from origami_lab.runs.trial_row import TrialRow
 from origami_lab.workers.call_limit import Calls
 from origami_lab.workers.worker_process import Orders, reason_of
-
-
-@dataclass(frozen=True)
-class Task:
-    """The order to run one trial."""
-
-    settings: Settings
-    folder: RunFolder
-    seed: int
 
 
 @dataclass(frozen=True)
@@ -57,17 +52,28 @@ class Failed:
     """The folder's trouble, if the trial failed because its files could not be written."""
 
 
-def serve(orders: Orders, calls: Calls, settings: Settings, kernels: bool) -> None:
+def serve(orders: Orders, calls: Calls) -> None:
     """Run trials until the parent has no more or goes away.
 
-    Before its first task a worker imports its parts, while the parent still checks its input; with ``kernels`` it
-    loads all kernels, too (one worker only: on a fresh installation it compiles). The others load them then.
+    Before it is told its experiment a worker imports what plays; then it makes its parts. The experiment's first
+    worker tells of them (:class:`CheckedParts`; of nothing, where something is wrong with them) and loads all kernels
+    (only one does: on a fresh installation it compiles); the others load them with their first task.
     """
+    with contextlib.suppress(Exception):  # what is wrong with the installation is for the parent to say
+        _import_what_plays()
+    begin = orders.next()
+    if not isinstance(begin, Begin):
+        return
+    settings, kernels = begin.settings, begin.kernels
+    sys.path += [place for place in begin.importable if place not in sys.path]
     first: Parts | None = None
     parts: Parts | None = None
     with contextlib.suppress(Exception):  # what is wrong with the input is for the parent to say
         first = parts = _build(settings, calls)
-        if kernels:
+    if kernels:
+        orders.say(_looked_at(settings, first))
+    with contextlib.suppress(Exception):
+        if kernels and first is not None:
             seconds = warm_up(settings, first, lambda: orders.say(Compiling()))
             if seconds is not None:
                 orders.say(Compiled(seconds))
@@ -78,6 +84,20 @@ def serve(orders: Orders, calls: Calls, settings: Settings, kernels: bool) -> No
                 load_kernels(settings, first)
         orders.say(_answer(task, orders, parts, first, calls))
         parts = None  # used up: each trial gets fresh ones
+
+
+def _import_what_plays() -> None:
+    """Import what every run needs, and have numba get ready, which takes as long."""
+    import_module("origami_lab.game.kernels.play")
+    import_module("origami_lab.jit").get_ready(0)
+
+
+def _looked_at(settings: Settings, parts: Parts | None) -> CheckedParts | None:
+    if parts is None:
+        return None
+    with contextlib.suppress(Exception):
+        return look_at(settings, parts)
+    return None
 
 
 def _build(settings: Settings, calls: Calls, earlier: Parts | None = None) -> Parts:

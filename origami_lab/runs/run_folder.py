@@ -27,7 +27,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from origami_lab.addresses import hidden, keep
 from origami_lab.config.config_file import config_text, read_config_file
@@ -52,11 +52,8 @@ from origami_lab.files import on_disk, read_json, remove_files, remove_folder, r
 from origami_lab.runs.checkpoint import remove_checkpoints
 from origami_lab.runs.kept_files import keep_others
 from origami_lab.runs.locks import RUNNING, locked
-from origami_lab.runs.target_file import ply_bytes
+from origami_lab.runs.target_file import Surface, ply_bytes
 from origami_lab.runs.trial_row import TrialRow, format_trials, read_trials
-
-if TYPE_CHECKING:
-    from origami_lab.targets.target import Target
 
 RESULTS = Path("results")
 SPARE_BYTES = 2**20
@@ -225,7 +222,7 @@ class RunFolder:
 
     # --- writing ---
 
-    def begin(self, config: Node, target: Target | None, start: Node | None) -> None:
+    def begin(self, config: Node, target: Surface | None, start: Node | None) -> None:
         """Write what a run begins with: its configuration, its target, and its start pattern if moves make it.
 
         Raises
@@ -251,7 +248,7 @@ class RunFolder:
         except OSError as error:
             raise FolderError(error) from error
 
-    def check_target(self, target: Target) -> None:
+    def check_target(self, target: Surface) -> None:
         """Raise InputError if the target is not the one that the run was started with."""
         self._check_kept(TARGET, ply_bytes(target.vertices, target.faces))
 

@@ -2,9 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
+
+
+class Surface(Protocol):
+    """What has a surface of triangles, (V, 3) and (F, 3), such as a target."""
+
+    @property
+    def vertices(self) -> np.ndarray[Any, Any]:
+        """Places of the vertices."""
+
+    @property
+    def faces(self) -> np.ndarray[Any, Any]:
+        """Numbers of each triangle's vertices."""
 
 
 def ply_bytes(vertices: np.ndarray[Any, Any], faces: np.ndarray[Any, Any]) -> bytes:

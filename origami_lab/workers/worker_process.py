@@ -66,6 +66,10 @@ class WorkerProcess:
         with suppress(OSError):
             self.pipe.send(message)
 
+    def limit_calls(self, objective_seconds: float | None) -> None:
+        """Set the longest that one call of a user's objective may take; None for no limit."""
+        self._limit.seconds = objective_seconds
+
     def hangs(self) -> str:
         """The reason to kill it for its present call of the objective; empty if there is none.
 
