@@ -28,6 +28,8 @@ from origami_lab.tracking.store import open_client
 TASK = ("target=bowl", "search=bfts", "verbosity=quiet")
 SHORT = 20_000
 """Interactions of a trial that is mostly overhead."""
+FEW = 1000
+"""Interactions of each of very many trials."""
 CORES = 1000
 
 
@@ -192,6 +194,27 @@ def tracking(place: Path, budget: int, rounds: int, search: float) -> tuple[Trac
     return found, [*lines, "", text]
 
 
+def many(place: Path, trials: int, part: int = 100) -> list[str]:
+    """Whether the last of many short trials take longer than the first, with and without tracking."""
+    lines = ["", f"## {trials:,} trials of {FEW:,} interactions, two workers", ""]
+    lines += [
+        f"| tracking | whole command, s | the second {part}, s | the last {part}, s | last to second |",
+        "|---|---|---|---|---|",
+    ]
+    for kind in ("none", f"mlflow tracking.uri=sqlite:///{place}/many.db"):
+        name = f"many-{kind.split()[0]}"
+        words = ("workers=2", "files=designs", *f"tracking={kind}".split())
+        spent = experiment(place, name, trials, FEW, *words)
+        ended = sorted(file.stat().st_mtime for file in (place / name).glob("seed=*/best.fold"))
+        second, last = ended[2 * part - 1] - ended[part - 1], ended[-1] - ended[-part - 1]
+        lines.append(f"| {kind.split()[0]} | {spent.wall:.1f} | {second:.2f} | {last:.2f} | {last / second:.2f} |")
+    lines += [
+        "",
+        "Crease patterns only (`files=designs`): what is measured is what grows, tables, page and records of the run.",
+    ]
+    return lines
+
+
 def estimate(own: Overhead, tracked: Tracking) -> list[str]:
     """What a thousand cores would do, on paper."""
     trial = own.search + own.trial
@@ -217,6 +240,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Measure what many runs cost.")
     parser.add_argument("--budget", type=int, default=500_000)
     parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--trials", type=int, default=1000, help="very many")
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
@@ -228,7 +252,7 @@ def main() -> None:
         lines += throughput(place, options.budget, options.rounds)
         own, more = overhead(place, options.budget, options.rounds)
         tracked, last = tracking(place, options.budget, options.rounds, own.search)
-        lines += more + last + estimate(own, tracked)
+        lines += more + last + many(place, options.trials) + estimate(own, tracked)
     print("\n".join(lines))
     write_report(lines, options.out)
 
