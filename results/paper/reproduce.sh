@@ -30,4 +30,4 @@ origami-lab -m "$targets" search=ppo "output=$runs/ppo" "${common[@]}"
 
 origami-lab report "$runs" --output "$report" --beside paper
 # the best design of each task, and its film
-python -m benchmarks.best_designs "$runs/targets" "$runs/objects" "$runs/variants" --out "${3:-results/paper}"
+python -m benchmarks.best_designs "$runs/targets" "$runs/objects" "$runs/variants" "$runs/ppo" --out "${3:-results/paper}"
