@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Shape:
+class KeptTarget:
     """A target's surface alone, (V, 3) and (F, 3), in board units."""
 
     vertices: np.ndarray[Any, Any]
@@ -26,7 +26,7 @@ class Shape:
 class CheckedParts:
     """What is known of parts that were made and refused by nothing."""
 
-    target: Shape | None
+    target: KeptTarget | None
     start: Node | None
     """The start pattern as a run folder keeps it; None where placing it is an action of the game."""
     remarks: tuple[str, ...]
@@ -38,5 +38,5 @@ def look_at(settings: Settings, parts: Parts) -> CheckedParts:
     from origami_lab.config.warnings import remarks
 
     made = parts.target
-    target = None if made is None else Shape(made.vertices, made.faces, made.units_per_cell)
+    target = None if made is None else KeptTarget(made.vertices, made.faces, made.units_per_cell)
     return CheckedParts(target, parts.start_to_keep(settings), tuple(remarks(settings, parts)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import math
 import os
 import time
 from collections.abc import Mapping, Sequence
@@ -17,7 +18,7 @@ from origami_lab.config.resumed_settings import like_begun, with_stages
 from origami_lab.config.seeds import format_seeds, parse_seeds
 from origami_lab.config.settings import Settings, fit_workers
 from origami_lab.errors import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK
-from origami_lab.experiment.checked_parts import CheckedParts, Shape, look_at
+from origami_lab.experiment.checked_parts import CheckedParts, KeptTarget, look_at
 from origami_lab.experiment.progress_display import Display, make_display
 from origami_lab.experiment.run_page import FINISHED, RunPage
 from origami_lab.experiment.run_summary import summarise
@@ -38,6 +39,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
+TABLE_SECONDS = 0.5
+"""Least time between two writings of the table while trials run."""
 HURRIED_SECONDS = 3.0
 """How long the tracker may take when we are to leave at once."""
 LOST_TERMINAL = (OSError, SystemExit)
@@ -208,7 +211,7 @@ class _Record:
         rows: dict[int, TrialRow],
         display: Display,
         command: Sequence[str],
-        target: Shape | None,
+        target: KeptTarget | None,
         trouble: str,
     ) -> None:
         self.units_per_cell = None if target is None else target.units_per_cell
@@ -217,6 +220,8 @@ class _Record:
         self.trouble = trouble
         """Why the folder could not be written, if that cost something."""
         self.begun = not trouble
+        self.tabled = -math.inf
+        """When the table was written last, by the clock that only goes on."""
         before = read_summary(folder.path).get("seconds")
         self.began = time.perf_counter() - (before if isinstance(before, int | float) else 0)
         """When it would have begun in one go: what a resumed run took before counts."""
@@ -253,9 +258,13 @@ class _Record:
 
     def _end(self, seed: int, row: TrialRow) -> None:
         self.rows[seed] = row
-        with suppress(OSError):  # the last one counts
-            if not self.place.has_moved:  # another folder may be there now
-                self.folder.write_trials(self.rows.values())
+        now = time.monotonic()
+        # the whole table, so with very many short trials not after each; a failure is on disk nowhere else
+        if row.has_failed or now - self.tabled >= TABLE_SECONDS:
+            self.tabled = now
+            with suppress(OSError):  # the last one counts
+                if not self.place.has_moved:  # another folder may be there now
+                    self.folder.write_trials(self.rows.values())
         self.page.end(row)
         self.tracker.trial(seed)
 

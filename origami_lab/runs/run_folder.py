@@ -52,7 +52,7 @@ from origami_lab.files import on_disk, read_json, remove_files, remove_folder, r
 from origami_lab.runs.checkpoint import remove_checkpoints
 from origami_lab.runs.kept_files import keep_others
 from origami_lab.runs.locks import RUNNING, locked
-from origami_lab.runs.target_file import Surface, ply_bytes
+from origami_lab.runs.target_file import HasTriangles, ply_bytes
 from origami_lab.runs.trial_row import TrialRow, format_trials, read_trials
 
 RESULTS = Path("results")
@@ -222,7 +222,7 @@ class RunFolder:
 
     # --- writing ---
 
-    def begin(self, config: Node, target: Surface | None, start: Node | None) -> None:
+    def begin(self, config: Node, target: HasTriangles | None, start: Node | None) -> None:
         """Write what a run begins with: its configuration, its target, and its start pattern if moves make it.
 
         Raises
@@ -248,7 +248,7 @@ class RunFolder:
         except OSError as error:
             raise FolderError(error) from error
 
-    def check_target(self, target: Surface) -> None:
+    def check_target(self, target: HasTriangles) -> None:
         """Raise InputError if the target is not the one that the run was started with."""
         self._check_kept(TARGET, ply_bytes(target.vertices, target.faces))
 

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 
 
-class Surface(Protocol):
+class HasTriangles(Protocol):
     """What has a surface of triangles, (V, 3) and (F, 3), such as a target."""
 
     @property
