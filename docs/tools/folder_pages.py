@@ -10,6 +10,7 @@ FOLDERS = {
     "results/paper/designs": "docs/gallery",
     "results/paper/report/figures": "results/paper/report/returns",
 }
+"""The pages of folders that have no README."""
 
 
 def page_of(folder: Path) -> str | None:

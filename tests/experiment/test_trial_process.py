@@ -16,6 +16,7 @@ from origami_lab.experiment.checked_parts import look_at
 from origami_lab.experiment.runner import run_experiment
 from origami_lab.experiment.trial_pool import TrialPool
 from origami_lab.experiment.trial_process import early_process
+from origami_lab.runs.trial_row import read_trials
 
 WORDS = ["target=pyramid", "search=rdm", "budget=20", "seed=0", "tracking=none", "files=designs", "verbosity=quiet"]
 PARENT = """
@@ -79,3 +80,10 @@ def test_what_the_worker_cannot_make_the_parent_refuses(tmp_path: Path, monkeypa
     with pytest.raises(InputError, match="half-width"):
         run_experiment(settings, Console(stderr=True))
     assert not Path("run").exists()
+
+
+def test_the_table_has_all_trials_however_seldom_it_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("origami_lab.experiment.runner.TABLE_SECONDS", 1e9)
+    run_experiment(compose_settings([*WORDS, "seed=0..3", "output=run"]), Console(stderr=True))
+    assert [row.seed for row in read_trials(Path("run/trials.csv"))] == [0, 1, 2, 3]
