@@ -215,7 +215,7 @@ def check_loops(linkage: Linkage, found: list[Claim], allowed: Allowance) -> Che
     if not found or not fans:
         text = "there is no interior vertex" if not fans else "the file has no folded state"
         return Check("loops close", FACT, text, {"vertices": len(fans)})
-    residuals = [linkage.residuals(claim.rho) for claim in found]
+    residuals = [linkage.closure(claim.rho).angle for claim in found]
     worst = max(range(len(found)), key=lambda k: float((residuals[k] / allowed.closed).max()))
     at = int((residuals[worst] / allowed.closed).argmax())
     largest = max(float(residual.max()) for residual in residuals)

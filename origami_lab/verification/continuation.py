@@ -6,12 +6,11 @@ others are found so that every loop closes.
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
 
 from origami_lab.verification.linkage import Linkage, State
 from origami_lab.verification.plane_graph import Array
@@ -44,7 +43,7 @@ class Motion:
     drive: Array
     """(E,) ±1 for driven creases, 0 for others."""
 
-    @property
+    @cached_property
     def free(self) -> NDArray[np.int64]:
         """Numbers of the creases that the solver finds."""
         return np.flatnonzero(self.linkage.sheet.inner & ~self.held & (self.drive == 0.0))
@@ -53,24 +52,24 @@ class Motion:
         """The state at a driving angle near a guess (E,), or None where Newton's method does not get there."""
         free = self.free
         rho = np.where(self.drive != 0.0, self.drive * driving, np.where(self.held, 0.0, guess))
-        error, jacobian, angle = self.linkage.closure(rho)
+        closure = self.linkage.closure(rho)
         for _ in range(12):
-            if not len(free) or not len(error):
+            if not len(free) or not len(closure.error):
                 break
-            step = _least_squares(jacobian[:, free], -error)
+            step = closure.solve(free, -closure.error)
             largest = float(np.abs(step).max(initial=0.0))
             if not largest < 0.5:
                 return None
             rho[free] += step
-            error, jacobian, angle = self.linkage.closure(rho)
+            closure = self.linkage.closure(rho)
             if largest < 1e-9:
                 break
-        residual = float(angle.max(initial=0.0))
+        residual = float(closure.angle.max(initial=0.0))
         if not residual <= CLOSED:
             return None
         speed = self.drive.copy()
-        if len(free) and len(error):
-            speed[free] = _least_squares(jacobian[:, free], -(jacobian @ self.drive))
+        if len(free) and len(closure.error):
+            speed[free] = closure.solve(free, -closure.change(self.drive))
         return self.linkage.place(driving, rho, speed, residual)
 
     def walk(self, start: State, stop: float, most: int, smooth: float = SMOOTH) -> list[State]:
@@ -107,12 +106,10 @@ class Motion:
 
         The sign is 0 where there are more equations than unknowns.
         """
-        jacobian = self.linkage.closure(state.rho)[1][:, self.free]
-        rows, columns = jacobian.shape
-        if not columns:
-            return float("inf"), 0.0
-        smallest = float(linalg.svdvals(jacobian).min()) if rows >= columns else 0.0
-        return smallest, float(np.linalg.slogdet(jacobian)[0]) if rows == columns else 0.0
+        closure, free = self.linkage.closure(state.rho), self.free
+        square = 0 < len(free) == closure.error.size
+        sign = float(np.linalg.slogdet(closure.jacobian(free))[0]) if square else 0.0
+        return closure.smallest(free), sign
 
 
 def between(a: State, b: State, t: float) -> Array:
@@ -121,11 +118,3 @@ def between(a: State, b: State, t: float) -> Array:
     return np.asarray(
         a.rho + t * t * (3.0 - 2.0 * t) * (b.rho - a.rho) + h * t * (1.0 - t) * ((1.0 - t) * a.speed - t * b.speed)
     )
-
-
-def _least_squares(matrix: Array, right: Array) -> Array:
-    rows, columns = matrix.shape
-    if rows == columns:
-        with suppress(np.linalg.LinAlgError):
-            return np.asarray(np.linalg.solve(matrix, right))
-    return np.asarray(linalg.lstsq(matrix, right, cond=1e-11, lapack_driver="gelsy", check_finite=False)[0])

@@ -1,7 +1,7 @@
 """No panel crosses another: every pair is excluded over every interval of the motion, or named.
 
 An interval between two states of the motion is halved, for the pairs that are left, until a plane parts them all over
-it (:meth:`Neighbourhood.parted`), two panels are seen to cross, or it is ``FLOOR`` wide.
+it (:meth:`IntervalPlanes.parted`), two panels are seen to cross, or it is ``FLOOR`` wide.
 """
 
 from __future__ import annotations
@@ -12,8 +12,9 @@ import numpy as np
 
 from origami_lab.verification.continuation import Motion, between
 from origami_lab.verification.findings import Findings, Gap, Meeting
+from origami_lab.verification.interval_planes import SAFETY, IntervalPlanes
 from origami_lab.verification.linkage import State
-from origami_lab.verification.panel_pairs import SAFETY, Neighbourhood, Pairs
+from origami_lab.verification.panel_pairs import Neighbourhood, Pairs
 from origami_lab.verification.plane_graph import Array, Indices
 from origami_lab.verification.triangle_separation import TOUCH, overlap_in_plane
 
@@ -55,6 +56,7 @@ class Sweep:
         self.margin, self.angle_margin = margin, angle_margin
         self.look = max(near.sheet.size / 10.0, 1.01 * thickness, 1.01 * margin)
         self.found = Findings()
+        self.planes = IntervalPlanes(near)
 
     def state(self, driving: float, guess: Array) -> State | None:
         """A state of the motion, counted."""
@@ -191,7 +193,7 @@ class Sweep:
         if not len(pairs):
             return pairs, None
         self.found.looks += len(pairs)
-        gap, apart = self.near.parted(pairs, a, m, b)
+        gap, apart = self.planes.parted(pairs, a, m, b, self.enough(pairs))
         if not pairs.hinged:
             self.measure(pairs, apart, (a, m, b))
         closest = apart.min(axis=1)
@@ -208,10 +210,10 @@ class Sweep:
         # they touch, and are not only near each other: of those halving will tell
         touching = ~resolved & (closest <= within)
         if (rest := ~resolved & ~touching).any():  # seen from the other panel a plane may stand still
-            resolved[rest] = self.near.parted(pairs.take(rest).turned(), a, m, b)[0] > wanted[rest]
+            resolved[rest] = self.planes.parted(pairs.take(rest).turned(), a, m, b, wanted[rest])[0] > wanted[rest]
         moving = ~resolved & (wanted == 0.0) & (touching | (b.driving - a.driving <= _MOVING))
         if moving.any():  # a plane that moves along with both
-            slides = self.near.sliding(pairs.take(moving), a, m, b) >= -touch[moving]
+            slides = self.planes.sliding(pairs.take(moving), a, m, b) >= -touch[moving]
             slides |= touching[moving] & (gap[moving] >= -within[moving])
             touching[moving] &= slides
             resolved[moving] |= slides & ~touching[moving]
@@ -219,6 +221,11 @@ class Sweep:
         slid = [self.contact(pairs.take(np.array([at])), a, b) for at in np.flatnonzero(touching)]
         first = min((slide for slide in slid if slide is not None), key=lambda slide: slide[1].angle, default=None)
         return pairs.take(~resolved & ~touching), first
+
+    def enough(self, pairs: Pairs) -> Array:
+        """(N,) a gap beyond which a pair is parted, and no matter of contact, thickness, clearance or rounding."""
+        margin = self.margins(pairs)
+        return margin if pairs.hinged else np.maximum(margin, max(self.thickness, self.found.clearance))
 
     def margins(self, pairs: Pairs) -> Array:
         """(N,) the margin as gaps are measured: lengths, or for pairs that share a vertex for unit sides."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,49 +18,17 @@ from origami_lab.verification.fold_document import Document
 from origami_lab.verification.linkage import Linkage, State
 from origami_lab.verification.plane_graph import Array, Indices
 from origami_lab.verification.second_order import Freedom, explore
+from origami_lab.verification.singular_values import Rank, rank
 
-_ZERO = 1e-8
-"""Of the largest singular value: smaller ones count as zero (rounding leaves 1e-15)."""
 _CURVED, _EPSILON = 48.0, 2e-16
 """Bounds second derivatives of the loops around vertices of usual degrees; the residual that rounding leaves."""
 _SAME_DRIVING, _SAME = 1e-9, 1e-6
 """Radians: states at one driving angle, and how far their fold angles may differ if they are one."""
 _NAME = "degrees of freedom"
+_A_FEW = 8
+"""Directions in which it is tried whether flat edges could fold, which decides nothing."""
 _MOST_STATES = 6
 """States at which the rank is worked out, evenly out of all."""
-
-
-@dataclass(frozen=True)
-class Rank:
-    """The closure Jacobian of some creases at one state."""
-
-    columns: int
-    rank: int
-    smallest: float
-    """The smallest singular value that counts as not zero; infinite if there is none."""
-    directions: Array
-    """(columns − rank, columns) unit vectors of fold angles that keep all loops closed to first order."""
-
-    @property
-    def freedoms(self) -> int:
-        """How many ways to move, to first order."""
-        return self.columns - self.rank
-
-
-def rank(linkage: Linkage, rho: Array, creases: Indices, least: float = 0.0) -> Rank:
-    """The rank of the closure Jacobian in the creases with the given numbers, at fold angles (E,).
-
-    Singular values of at most ``least`` count as zero, and those that rounding leaves.
-    """
-    jacobian = linkage.closure(rho)[1][:, creases]
-    count = len(creases)
-    if not count:
-        return Rank(0, 0, float("inf"), np.empty((0, 0)))
-    if not len(jacobian):
-        return Rank(count, 0, float("inf"), np.eye(count))
-    _, values, right = np.linalg.svd(jacobian, full_matrices=len(jacobian) < count)
-    kept = int(np.sum(values > max(_ZERO * values[0], least)))
-    return Rank(count, kept, float(values[kept - 1]) if kept else float("inf"), right[kept:])
 
 
 def check_freedom(
@@ -75,7 +43,7 @@ def check_freedom(
     hinges = np.flatnonzero(sheet.inner & ~held)
     some = [folded[i] for i in _some(len(folded))]
     least_value = rounding.angle_margin(sheet.size)
-    whole = [rank(linkage, claim.rho, hinges, least_value) for claim in some]
+    whole = [rank(linkage.closure(claim.rho), hinges, least_value) for claim in some]
     least = min(found.freedoms for found in whole)
     numbers: dict[str, Any] = {"creases": len(hinges), "freedoms": least, "flat_edges_held": int(held.sum())}
     driven = np.zeros(len(held), dtype=np.bool_) if document.driven is None else document.driven & sheet.inner
@@ -104,7 +72,7 @@ def check_freedom(
             return Check(_NAME, OPEN, text, numbers), None, []
         states.append(state)
     picked = [states[i] for i in _some(len(states))]
-    tied = [rank(linkage, state.rho, motion.free, max(least_value, _resolved(state))) for state in picked]
+    tied = [rank(linkage.closure(state.rho), motion.free, max(least_value, _resolved(state))) for state in picked]
     left = min(found.freedoms for found in tied)
     numbers |= {"freedoms_when_driven": left, "smallest_singular_value": min(found.smallest for found in tied)}
     blocked = ""
@@ -118,8 +86,8 @@ def check_freedom(
     text += blocked
     if held.any():
         loose, last = Motion(linkage, np.zeros_like(held), drive), states[-1]
-        found = rank(linkage, last.rho, loose.free, least_value)
-        could = bool(found.freedoms) and explore(loose, last, found.directions)[0] in (Freedom.MOVES, Freedom.MIXES)
+        found = rank(linkage.closure(last.rho), loose.free, least_value)
+        could = bool(found.freedoms) and explore(loose, last, found, tries=_A_FEW)[0] in (Freedom.MOVES, Freedom.MIXES)
         numbers["flat_edges_could_fold"] = could
         text += f"; {int(held.sum())} flat edges held{', which could fold' if could else ''}"
     singular = [degrees(state.driving) for state, found in zip(picked, tied, strict=True) if found.freedoms > left]
@@ -146,7 +114,7 @@ def _left(motion: Motion, states: Sequence[State], tied: Sequence[Rank]) -> Chec
     left = min(found.freedoms for found in tied)
     blocked, at, wanted, direction = False, len(states) - 1, Freedom.BLOCKED, None
     for at in reversed(range(len(states))):
-        wanted, direction = explore(motion, states[at], tied[at].directions)
+        wanted, direction = explore(motion, states[at], tied[at])
         if wanted is not Freedom.BLOCKED:
             break
         blocked = True

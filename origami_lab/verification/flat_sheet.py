@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,12 +59,12 @@ class Sheet:
     holes: tuple[Face, ...]
     """Boundary loops around holes."""
 
-    @property
+    @cached_property
     def inner(self) -> NDArray[np.bool_]:
         """(E,) whether an edge lies between two panels."""
         return np.asarray((self.beside >= 0).all(axis=1))
 
-    @property
+    @cached_property
     def size(self) -> float:
         """The larger side of the box around the panels."""
         return float(np.ptp(self.points[np.unique(np.concatenate(self.faces))], axis=0).max())

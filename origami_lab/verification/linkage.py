@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from origami_lab.verification.flat_sheet import Sheet
+from origami_lab.verification.loop_closure import Closure
 from origami_lab.verification.plane_graph import Array, Indices, cross
 
 
@@ -39,15 +40,26 @@ class State:
 
 
 @dataclass(frozen=True, eq=False)
-class _Ring:
-    """The interior vertices of one degree."""
+class PanelTree:
+    """The panels but the central one, each hung onto its parent by a crease; parents come first."""
 
-    at: Indices
-    """(n,) numbers of their fans."""
-    edges: Indices
-    """(n, d)"""
-    sectors: Array
-    """(n, d, 3, 3) Rz(αᵢ)."""
+    children: Indices
+    """(F − 1,) their numbers."""
+    parents: Indices
+    creases: Indices
+    hinges: Indices
+    """A vertex on each crease."""
+    along: Array
+    """(F − 1, 3) flat unit vectors along the creases, with the child on the left."""
+    levels: tuple[slice, ...]
+    """What has its parents in the level before."""
+
+    def summed(self, steps: Array, count: int) -> Array:
+        """(F, …) what adds up of steps (F − 1, …) on the way from the central panel to each."""
+        total = np.zeros((count, *steps.shape[1:]))
+        for level in self.levels:
+            total[self.children[level]] = total[self.parents[level]] + steps[level]
+        return total
 
 
 class Linkage:
@@ -55,65 +67,53 @@ class Linkage:
 
     def __init__(self, sheet: Sheet) -> None:
         self.sheet = sheet
-        by_degree = defaultdict(list)
-        for number, fan in enumerate(sheet.fans):
-            by_degree[len(fan.edges)].append((number, fan))
-        self.rings = [
-            _Ring(
-                np.array([number for number, _ in fans]),
-                np.array([fan.edges for _, fan in fans], dtype=np.int64),
-                _turn_z(np.array([fan.sectors for _, fan in fans])),
-            )
-            for fans in by_degree.values()
-        ]
         self.flat = np.column_stack([sheet.points, np.zeros(len(sheet.points))])
+        most = max((len(fan.edges) for fan in sheet.fans), default=0)
+        around = np.full((len(sheet.fans), most), len(sheet.edges), dtype=np.int64)
+        sectors = np.zeros((len(sheet.fans), most))
+        for number, fan in enumerate(sheet.fans):
+            around[number, : len(fan.edges)] = fan.edges
+            sectors[number, : len(fan.edges)] = fan.sectors
+        self._around, self._sectors = around, (np.cos(sectors), np.sin(sectors))
 
-    def closure(self, rho: Array) -> tuple[Array, Array, Array]:
-        """How far the loops are from closed, at fold angles (E,).
+    def closure(self, rho: Array) -> Closure:
+        """How far the loops are from closed, at fold angles (E,)."""
+        product, directions = self._walked(rho)
+        skew = np.stack(
+            [
+                product[:, 2, 1] - product[:, 1, 2],
+                product[:, 0, 2] - product[:, 2, 0],
+                product[:, 1, 0] - product[:, 0, 1],
+            ],
+            axis=1,
+        )
+        cosine = (product[:, 0, 0] + product[:, 1, 1] + product[:, 2, 2] - 1.0) / 2.0
+        angle = np.arctan2(np.sqrt(np.einsum("fk,fk->f", skew, skew)) / 2.0, cosine)
+        return Closure(skew / 2.0, angle, directions, self._around, len(rho))
 
-        Returns
-        -------
-        error, jacobian, angle
-            (3·fans,) rotation vectors to first order, (3·fans, E) their derivatives, (fans,) angles in radians.
+    def _walked(self, rho: Array) -> tuple[Array, Array]:
+        """(fans, 3, 3) products of the turns around all loops, (fans, D, 3) directions of the creases that are met.
+
+        All loops are walked at once; beyond the end of its own a short one meets creases that do not turn.
         """
-        count = len(self.sheet.fans)
-        jacobian = np.zeros((count, 3, len(rho)))
-        error, angle = self._around(rho, jacobian)
-        return error.reshape(-1), jacobian.reshape(-1, len(rho)), angle
-
-    def residuals(self, rho: Array) -> Array:
-        """(fans,) angles in radians by which the loops fail to close, at fold angles (E,)."""
-        return self._around(rho, None)[1]
-
-    def _around(self, rho: Array, jacobian: Array | None) -> tuple[Array, Array]:
-        """(fans, 3) errors and (fans,) angles; ``jacobian`` (fans, 3, E) is filled in."""
-        count = len(self.sheet.fans)
-        error, angle = np.zeros((count, 3)), np.zeros(count)
-        for ring in self.rings:
-            product = np.broadcast_to(np.eye(3), (len(ring.at), 3, 3))
-            for i in range(ring.edges.shape[1]):
-                edges = ring.edges[:, i]
-                if jacobian is not None:
-                    jacobian[ring.at, :, edges] = product[:, :, 0]
-                product = product @ _turn_x(rho[edges]) @ ring.sectors[:, i]
-            skew = np.stack(
-                [
-                    product[:, 2, 1] - product[:, 1, 2],
-                    product[:, 0, 2] - product[:, 2, 0],
-                    product[:, 1, 0] - product[:, 0, 1],
-                ],
-                axis=1,
-            )
-            error[ring.at] = skew / 2.0
-            angle[ring.at] = np.arctan2(
-                np.linalg.norm(skew, axis=1) / 2.0, (np.trace(product, axis1=1, axis2=2) - 1.0) / 2.0
-            )
-        return error, angle
+        fold = np.append(rho, 0.0)[self._around]
+        c, s = np.cos(fold), np.sin(fold)
+        cz, sz = self._sectors
+        turns = np.zeros((*fold.shape, 3, 3))  # Rx(ρᵢ)·Rz(αᵢ)
+        turns[..., 0, 0], turns[..., 0, 1] = cz, -sz
+        turns[..., 1, 0], turns[..., 1, 1], turns[..., 1, 2] = c * sz, c * cz, -s
+        turns[..., 2, 0], turns[..., 2, 1], turns[..., 2, 2] = s * sz, s * cz, c
+        directions = np.empty((*fold.shape, 3))
+        product = np.broadcast_to(np.eye(3), (len(fold), 3, 3))
+        for i in range(fold.shape[1]):
+            directions[:, i] = product[:, :, 0]
+            product = product @ turns[:, i]
+        directions[self._around == len(rho)] = 0.0
+        return product, directions
 
     @cached_property
-    def levels(self) -> list[tuple[Indices, Indices, Indices, Indices, Array]]:
-        """The tree of panels, one level after the other: children, parents, creases, a vertex on each crease, its
-        flat direction with the child on the left."""
+    def tree(self) -> PanelTree:
+        """The tree of panels, from a central one outwards."""
         sheet = self.sheet
         neighbours = defaultdict(list)
         for e in np.flatnonzero(sheet.inner):
@@ -122,22 +122,21 @@ class Linkage:
             neighbours[right].append((left, int(e), u, v))
             neighbours[left].append((right, int(e), v, u))
         root = int(np.argmin(self._off_centre()))
-        levels: list[tuple[Indices, Indices, Indices, Indices, Array]] = []
-        seen, frontier = {root}, [root]
+        rows: list[tuple[int, int, int, int, int]] = []
+        seen, frontier, levels = {root}, [root], []
         while frontier:
-            rows = []
+            first = len(rows)
             for parent in frontier:
-                for child, *hinge in neighbours[parent]:
+                for child, crease, start, end in neighbours[parent]:
                     if child not in seen:
                         seen.add(child)
-                        rows.append((child, parent, *hinge))
-            frontier = [row[0] for row in rows]
-            if rows:
-                children, parents, creases, starts, ends = np.array(rows, dtype=np.int64).T
-                along = self.flat[ends] - self.flat[starts]
-                along /= np.linalg.norm(along, axis=1, keepdims=True)
-                levels.append((children, parents, creases, starts, along))
-        return levels
+                        rows.append((child, parent, crease, start, end))
+            frontier = [row[0] for row in rows[first:]]
+            levels.append(slice(first, len(rows)))
+        children, parents, creases, starts, ends = np.array(rows, dtype=np.int64).reshape(-1, 5).T
+        along = self.flat[ends] - self.flat[starts]
+        along /= np.linalg.norm(along, axis=1, keepdims=True)
+        return PanelTree(children, parents, creases, starts, along, tuple(levels[:-1]))
 
     def _off_centre(self) -> Array:
         """(F,) distances from the sheet's middle: a central panel makes a shallow tree."""
@@ -149,17 +148,20 @@ class Linkage:
 
     def place(self, driving: float, rho: Array, speed: Array, residual: float) -> State:
         """Positions and velocities of all panels at fold angles and their derivatives (E,)."""
-        count = len(self.sheet.faces)
-        turn = np.broadcast_to(np.eye(3), (count, 3, 3)).copy()
-        shift, spin, drift = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros((count, 3))
-        for child, parent, e, u, along in self.levels:
-            axis = np.einsum("nij,nj->ni", turn[parent], along)
-            turn[child] = turn[parent] @ _turn_about(along, rho[e])
-            before = np.einsum("nij,nj->ni", turn[parent], self.flat[u])
-            after = np.einsum("nij,nj->ni", turn[child], self.flat[u])
-            shift[child] = shift[parent] + before - after
-            spin[child] = spin[parent] + speed[e, None] * axis
-            drift[child] = drift[parent] + cross(spin[parent], before) - cross(spin[child], after)
+        tree, count = self.tree, len(self.sheet.faces)
+        child, parent, hinge = tree.children, tree.parents, self.flat[tree.hinges]
+        turns = _turn_about(tree.along, rho[tree.creases])
+        # x = turn·X + shift, as 4 × 4 matrices
+        hinged = np.zeros((len(child), 4, 4))
+        hinged[:, :3, :3], hinged[:, 3, 3] = turns, 1.0
+        hinged[:, :3, 3] = hinge - (turns @ hinge[:, :, None])[:, :, 0]
+        placed = np.broadcast_to(np.eye(4), (count, 4, 4)).copy()
+        for level in tree.levels:
+            placed[child[level]] = placed[parent[level]] @ hinged[level]
+        turn, shift = placed[:, :3, :3].copy(), placed[:, :3, 3].copy()
+        spin = tree.summed(speed[tree.creases, None] * (turn[parent] @ tree.along[:, :, None])[:, :, 0], count)
+        before, after = ((turn[panels] @ hinge[:, :, None])[:, :, 0] for panels in (parent, child))
+        drift = tree.summed(cross(spin[parent], before) - cross(spin[child], after), count)
         return State(driving, rho, speed, turn, shift, spin, drift, residual)
 
     def vertices(self, state: State) -> Array:
@@ -169,22 +171,6 @@ class Linkage:
             ring = list(face)
             out[ring] = self.flat[ring] @ state.turn[index].T + state.shift[index]
         return out
-
-
-def _turn_x(angle: Array) -> Array:
-    c, s = np.cos(angle), np.sin(angle)
-    out = np.zeros((*np.shape(angle), 3, 3))
-    out[..., 0, 0] = 1.0
-    out[..., 1, 1], out[..., 1, 2], out[..., 2, 1], out[..., 2, 2] = c, -s, s, c
-    return out
-
-
-def _turn_z(angle: Array) -> Array:
-    c, s = np.cos(angle), np.sin(angle)
-    out = np.zeros((*np.shape(angle), 3, 3))
-    out[..., 2, 2] = 1.0
-    out[..., 0, 0], out[..., 0, 1], out[..., 1, 0], out[..., 1, 1] = c, -s, s, c
-    return out
 
 
 def _turn_about(axis: Array, angle: Array) -> Array:

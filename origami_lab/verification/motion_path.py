@@ -17,7 +17,7 @@ from origami_lab.verification.crossing_search import Sweep
 from origami_lab.verification.findings import Gap
 from origami_lab.verification.linkage import State
 from origami_lab.verification.panel_pairs import Neighbourhood
-from origami_lab.verification.plane_graph import Array
+from origami_lab.verification.plane_graph import Array, Indices
 
 SAME_STATE, _EXACTLY = 1e-4, 1e-7
 """Radians: fold angles of one state, found in two ways, if it is nearly singular, and if it is not."""
@@ -159,25 +159,29 @@ def nearly_flat(near: Neighbourhood, state: State) -> bool:
     linkage, sheet = near.linkage, near.sheet
     bound = 2.0 * np.abs(state.rho)
     flat = linkage.place(0.0, np.zeros(len(bound)), np.zeros(len(bound)), 0.0)
-    turned = np.zeros(len(sheet.faces))
-    moved = np.zeros((len(sheet.faces), len(sheet.points)))  # of the points of each panel
-    for child, parent, e, u, _ in linkage.levels:
-        turned[child] = turned[parent] + bound[e]
-        for c, p, hinge in zip(child, parent, u, strict=True):
-            ring = list(sheet.faces[c])
-            arm = np.linalg.norm(sheet.points[ring] - sheet.points[hinge], axis=1)
-            moved[c, ring] = moved[p, hinge] + turned[c] * arm
+    tree, count = linkage.tree, len(sheet.faces)
+    turned = tree.summed(bound[tree.creases], count)
+    hinge = np.zeros((count, 2))
+    hinge[tree.children] = sheet.points[tree.hinges]
+    # a point moves as far as its panel's hinge does, and turns about that
+    arm = np.linalg.norm(hinge[tree.children] - hinge[tree.parents], axis=1)
+    moved = tree.summed(turned[tree.parents] * arm, count)
+
+    def reach(points: Indices, panels: Indices) -> Array:
+        """(N,) how far some points (N, 3) of panels may have moved."""
+        arms = np.linalg.norm(sheet.points[points] - hinge[panels][:, None], axis=2).max(axis=1)
+        return np.asarray(moved[panels] + turned[panels] * arms)
+
     cones = near.neighbours
     if len(cones):
-        around: Array = np.zeros(len(sheet.points))
-        np.add.at(around, sheet.edges.ravel(), np.repeat(bound, 2))
-        if np.any(near.gap(cones, flat) <= around[cones.first[:, 0]]):
+        turns = np.bincount(sheet.edges.ravel(), weights=np.repeat(bound, 2), minlength=len(sheet.points))
+        if np.any(near.gap(cones, flat) <= turns[cones.first[:, 0]]):
             return False
     corners = linkage.flat[sheet.triangles]
-    reach = moved[sheet.owner[:, None], sheet.triangles].max(axis=1)
-    pairs = near.close(corners.min(axis=1) - reach[:, None], corners.max(axis=1) + reach[:, None])
-    far = [moved[pairs.panels[:, k, None], corners].max(axis=1) for k, corners in ((0, pairs.first), (1, pairs.second))]
-    return bool(np.all(near.gap(pairs, flat) > far[0] + far[1]))
+    around = reach(sheet.triangles, sheet.owner)[:, None]
+    pairs = near.close(corners.min(axis=1) - around, corners.max(axis=1) + around)
+    far = reach(pairs.first, pairs.panels[:, 0]) + reach(pairs.second, pairs.panels[:, 1])
+    return bool(np.all(near.gap(pairs, flat) > far))
 
 
 def _two_branches(

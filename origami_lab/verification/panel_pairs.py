@@ -1,16 +1,11 @@
-"""Which pairs of panel triangles may cross, and what of them is excluded over an interval of the motion.
+"""Which pairs of panel triangles may cross, where they are as seen from one of them, and how far apart.
 
-Seen from the first panel of a pair the corners of the other move along smooth curves. Over an interval they are
-replaced by the cubics through their positions and velocities at its ends, which lie in the hull of four control points
-each; what the cubics miss is taken as ``SAFETY`` times what they miss in the middle, where a smooth curve is missed
-most. One plane that has all of this on one side and the first triangle on the other excludes a crossing everywhere
-in the interval. Of triangles that share a vertex the cones over their far sides are parted in the same way. Panels that
-share a crease, each wholly on its side of it, cannot cross as long as the crease folds by less than 180°.
+Panels that share a crease, each wholly on its side of it, cannot cross as long as the crease folds by less than 180°.
+Of triangles that share a vertex the cones over their far sides count.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,17 +14,13 @@ from numpy.typing import NDArray
 from origami_lab.verification.linkage import Linkage, State
 from origami_lab.verification.measured_panels import diameters
 from origami_lab.verification.plane_graph import Array, Indices, cross
-from origami_lab.verification.sliding_contact import sliding_gap
 from origami_lab.verification.triangle_separation import (
     TOUCH,
     crossing_depth,
-    gaps,
-    least,
     separating,
     separating_cones,
 )
 
-SAFETY = 8.0
 _AT_A_TIME = 4096
 _PAIRS = 400_000
 """More pairs than this that are close to each other are not looked at one by one."""
@@ -53,6 +44,8 @@ class Pairs:
     second: Indices
     panels: Indices
     """(N, 2)"""
+    numbers: Indices
+    """(N,) of each pair, and of the same pair the other way round, another one."""
     hinged: bool
     """Whether the pairs share a vertex."""
 
@@ -61,16 +54,15 @@ class Pairs:
 
     def take(self, which: NDArray[np.bool_] | Indices | slice) -> Pairs:
         """Some of the pairs."""
-        return Pairs(self.first[which], self.second[which], self.panels[which], self.hinged)
+        return Pairs(self.first[which], self.second[which], self.panels[which], self.numbers[which], self.hinged)
 
     def turned(self) -> Pairs:
         """The pairs the other way round: seen from the second panel."""
-        return Pairs(self.second, self.first, self.panels[:, ::-1], self.hinged)
+        return Pairs(self.second, self.first, self.panels[:, ::-1], -1 - self.numbers, self.hinged)
 
-    def parts(self) -> Iterator[Pairs]:
+    def parts(self) -> list[Pairs]:
         """All pairs, a bounded number at a time: what is worked out for them takes some kilobytes each."""
-        for start in range(0, len(self), _AT_A_TIME):
-            yield self.take(slice(start, start + _AT_A_TIME))
+        return [self.take(slice(start, start + _AT_A_TIME)) for start in range(0, len(self), _AT_A_TIME)]
 
 
 class Neighbourhood:
@@ -85,6 +77,7 @@ class Neighbourhood:
         parted = {tuple(sorted(sheet.beside[e])) for e in np.flatnonzero(sheet.inner & ~held) if self._on_sides(int(e))}
         count = len(sheet.triangles)
         corner_of = [np.flatnonzero((sheet.triangles == v).any(axis=1)) for v in range(len(sheet.points))]
+        corners = [set(triangle) for triangle in sheet.triangles.tolist()]
         rows, touching = [], set()
         for v, around in enumerate(corner_of):
             if len(around) > _AROUND:
@@ -98,13 +91,14 @@ class Neighbourhood:
                     touching.add(pair)
                     if self.bodies[p] == self.bodies[q] or (min(p, q), max(p, q)) in parted:
                         continue
-                    if len(np.intersect1d(sheet.triangles[i], sheet.triangles[j])) > 1:
+                    if len(corners[i] & corners[j]) > 1:
                         continue  # on both sides of a crease
                     rows.append((pair, v))
         self.neighbours = Pairs(
             np.array([_from(sheet.triangles[pair[0]], v) for pair, v in rows], dtype=np.int64).reshape(-1, 3),
             np.array([_from(sheet.triangles[pair[1]], v) for pair, v in rows], dtype=np.int64).reshape(-1, 3),
             sheet.owner[np.array([pair for pair, _ in rows], dtype=np.int64).reshape(-1, 2)],
+            np.array([i * count + j for (i, j), _ in rows], dtype=np.int64),
             True,
         )
         self._skip = np.zeros((count, count), dtype=np.bool_)
@@ -156,7 +150,8 @@ class Neighbourhood:
             if total > _PAIRS:
                 raise CrowdedError
         pairs = np.concatenate(found)
-        return Pairs(sheet.triangles[pairs[:, 0]], sheet.triangles[pairs[:, 1]], sheet.owner[pairs], False)
+        numbers = pairs[:, 0] * len(low) + pairs[:, 1]
+        return Pairs(sheet.triangles[pairs[:, 0]], sheet.triangles[pairs[:, 1]], sheet.owner[pairs], numbers, False)
 
     # where the corners are
 
@@ -194,76 +189,14 @@ class Neighbourhood:
 
     def gap(self, pairs: Pairs, state: State) -> Array:
         """(N,) distances at one state; of pairs that share a vertex, how far apart the cones are (their unit sides)."""
-        work = [_apart(part.hinged, self.first(part), self.second(part, state)[0])[0] for part in pairs.parts()]
+        work = [apart(part.hinged, self.first(part), self.second(part, state)[0])[0] for part in pairs.parts()]
         return np.concatenate([np.empty(0), *work])
 
-    def sliding(self, pairs: Pairs, a: State, m: State, b: State) -> Array:
-        """(N,) the gap that a plane shows which moves along with two touching sides, over a whole interval."""
-        work = []
-        for part in pairs.parts():
-            controls, error = self._course(part, a, m, b)
-            work.append(sliding_gap(self.first(part), controls.reshape(-1, 4, 3, 3), error))
-        return np.concatenate([np.empty(0), *work])
 
-    def _course(self, pairs: Pairs, a: State, m: State, b: State) -> tuple[Array, Array]:
-        """(N, 12, 3) control points of the second triangles over an interval, (N,) how far they may be off."""
-        h = b.driving - a.driving
-        (q0, v0), (q1, v1) = self.second(pairs, a), self.second(pairs, b)
-        missed = (q0 + q1) / 2.0 + h / 8.0 * (v0 - v1) - self.second(pairs, m)[0]
-        error = SAFETY * np.sqrt(np.einsum("nkj,nkj->nk", missed, missed).max(axis=1))
-        return np.concatenate([q0, q0 + h / 3.0 * v0, q1 - h / 3.0 * v1, q1], axis=1), error
-
-    def parted(self, pairs: Pairs, a: State, m: State, b: State) -> tuple[Array, Array]:
-        """Whether a plane parts the triangles over a whole interval.
-
-        Returns
-        -------
-        gap, apart
-            (N,) what is left beside the best plane after all errors, as distance or, for pairs that share a vertex,
-            for unit sides of the cones; (N, 3) how far apart they are at the three states (:meth:`gap`).
-        """
-        work = [self._parted_part(part, a, m, b) for part in pairs.parts()]
-        return (
-            np.concatenate([np.empty(0), *(gap for gap, _ in work)]),
-            np.concatenate([np.empty((0, 3)), *(apart for _, apart in work)]),
-        )
-
-    def _parted_part(self, pairs: Pairs, a: State, m: State, b: State) -> tuple[Array, Array]:
-        controls, error = self._course(pairs, a, m, b)
-        p, middle = self.first(pairs), self.second(pairs, m)[0]
-        # the three states in one go: for a few pairs it is the calls that take time
-        q = np.concatenate([controls[:, :3], middle, controls[:, 9:]])
-        distances, shown = _apart(pairs.hinged, np.tile(p, (3, 1, 1)), q)
-        apart, found = distances.reshape(3, -1).T, shown.reshape(3, -1, 3)
-        directions = _blend(p, middle, found)
-        if not pairs.hinged:
-            return gaps(directions, p, controls).max(axis=1) - error, apart
-        length = np.linalg.norm(middle[:, 1:] - middle[:, :1], axis=2)
-        moving = controls.reshape(-1, 4, 3, 3)[:, :, 1:] - p[:, None, :1]
-        moving = (moving / length[:, None, :, None]).reshape(-1, 8, 3)
-        sides = p[:, 1:] - p[:, :1]
-        one = least(directions, sides / np.linalg.norm(sides, axis=2)[..., None])
-        other = least(-directions, moving) - (error / length.min(axis=1))[:, None]
-        smaller = np.minimum(one, other)
-        # one cone may lie in the plane as long as the other one keeps clear of it
-        return np.where(smaller >= -1e-13, one + other, smaller).max(axis=1), apart
-
-
-def _apart(hinged: bool, p: Array, q: Array) -> tuple[Array, Array]:
+def apart(hinged: bool, p: Array, q: Array) -> tuple[Array, Array]:
     """How far apart triangles, or cones from corner 0, are, at least 0, and the direction that shows it."""
     distance, direction = separating_cones(p[:, 1:] - p[:, :1], q[:, 1:] - q[:, :1]) if hinged else separating(p, q)
     return np.maximum(distance, 0.0), direction
-
-
-def _blend(p: Array, q: Array, found: Array) -> Array:
-    """Directions to try over an interval: what parts at its ends and middle, their means, and the normals."""
-    normals = [cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]) for t in (p, q)]
-    means = [found[0] + found[2], found[0] + 2.0 * found[1] + found[2]]
-    directions = np.stack([*found, *means, *normals, *(-normal for normal in normals)], axis=1)
-    length = np.linalg.norm(directions, axis=2)
-    usable = length > 1e-9 * length.max(axis=1, keepdims=True)
-    unit = directions / np.where(usable, length, 1.0)[..., None]
-    return np.asarray(np.where(usable[..., None], unit, unit[:, :1]))
 
 
 def _from(triangle: Indices, vertex: int) -> Indices:

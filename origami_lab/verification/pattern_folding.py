@@ -124,7 +124,7 @@ def _closed(linkage: Linkage, rho: Array, document: Document) -> tuple[Array, fl
     sheet = linkage.sheet
     if not sheet.fans:
         return rho, 0.0
-    angle = linkage.residuals(rho)
+    angle = linkage.closure(rho).angle
     at = int(angle.argmax())
     fan = sheet.fans[at]
     shortest = min(float(np.linalg.norm(np.diff(sheet.points[sheet.edges[e]], axis=0))) for e in fan.edges)
@@ -136,15 +136,16 @@ def _closed(linkage: Linkage, rho: Array, document: Document) -> tuple[Array, fl
     best, least = rho, float(angle.max())
     if len(free) > MOST_CREASES:
         return best, least
-    error, jacobian, angle = linkage.closure(rho)
+    closure = linkage.closure(rho)
     for _ in range(20):
-        step = linalg.lstsq(jacobian[:, free], -error, cond=1e-9, lapack_driver="gelsy", check_finite=False)[0]
+        jacobian, error = closure.jacobian(free), closure.error.reshape(-1)
+        step = linalg.lstsq(jacobian, -error, cond=1e-9, lapack_driver="gelsy", check_finite=False)[0]
         rho = rho.copy()
         rho[free] += step
-        error, jacobian, angle = linkage.closure(rho)
-        if not float(angle.max()) < least:
+        closure = linkage.closure(rho)
+        if not float(closure.angle.max()) < least:
             break
-        best, least = rho, float(angle.max())
+        best, least = rho, float(closure.angle.max())
     return best, least
 
 
@@ -167,7 +168,7 @@ def _motion(linkage: Linkage, document: Document, rho: Array) -> tuple[Motion | 
         return None, f"the motion of more than {MOST_CREASES} creases is not followed"
     drive = np.where(driven, np.sign(rho), 0.0)
     if not driven.any():
-        values = linalg.svdvals(linkage.closure(rho)[1][:, free]) if sheet.fans else np.empty(0)
+        values = linalg.svdvals(linkage.closure(rho).jacobian(free)) if sheet.fans else np.empty(0)
         zero = max(_ZERO, 100.0 * document.precision.flat / sheet.size) * values.max(initial=0.0)
         freedoms = len(free) - int(np.sum(values > zero))
         if freedoms != 1:

@@ -3,19 +3,22 @@
 Directions v of fold angles that keep all loops closed to first order need not belong to a motion. A motion that begins
 along v has v·∂J·v in the range of the closure Jacobian J: what is left beside the range, one quadratic form for each
 self-stress (a vector that Jᵀ maps to 0), must vanish. If a combination of the forms is definite, no direction is left
-and the state is rigid. Else directions in which all forms vanish are looked for, mixtures of those that an SVD gives,
-and the linkage is pushed along them: in a flat part of a sheet every single direction is blocked, and mixtures fold.
+and the state is rigid. Else the linkage is pushed along those that an SVD gives, and along mixtures of them in which
+all forms vanish: in a flat part of a sheet every single direction is blocked, and mixtures fold.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from enum import Enum
+from itertools import islice
 
 import numpy as np
 
 from origami_lab.verification.continuation import CLOSED, Motion
 from origami_lab.verification.linkage import State
 from origami_lab.verification.plane_graph import Array
+from origami_lab.verification.singular_values import Rank
 
 PUSHES = (0.02, 0.005)
 """Radians by which a freedom is tried out: another state nearby would be found at the same place by both."""
@@ -38,34 +41,39 @@ class Freedom(Enum):
     UNKNOWN = "unknown"
 
 
-def explore(motion: Motion, state: State, directions: Array) -> tuple[Freedom, Array | None]:
+def explore(motion: Motion, state: State, found: Rank, tries: int | None = None) -> tuple[Freedom, Array | None]:
     """Whether a linkage with its driven creases held really moves along freedoms to first order.
 
     Parameters
     ----------
-    directions
-        (k, n) unit vectors of the n free creases' fold angles that keep all loops closed to first order.
+    found
+        The rank in the n free creases.
+    tries
+        The linkage is pushed along so many directions at most.
 
     Returns
     -------
     What is known, and (n,) a direction that is the reason: along which it moves, or that nothing is known to block.
     """
+    directions = found.directions
     many = len(directions) > MOST_DIRECTIONS or len(motion.free) > _MOST_CREASES
-    for direction in directions[: _A_FEW if many else None]:
+    curved, forms = np.empty(0), np.empty(0)
+    if not many:
+        curved = _curvature(motion, state.rho, directions)
+        forms = _forms(found.stresses, curved)
+        if _some_definite(forms):
+            return Freedom.BLOCKED, None
+    # mixtures need the second half of the tries
+    alone = directions[: _A_FEW if many else tries and tries // 2]
+    for direction in alone:
         if moves(motion, state, direction, np.zeros_like(direction)):
             return Freedom.MOVES, direction
     if many:
         return Freedom.UNKNOWN, directions[0]
-    jacobian = motion.linkage.closure(state.rho)[1][:, motion.free]
-    curved = _curvature(motion, state.rho, directions)
-    forms = _forms(jacobian, curved, len(directions))
-    if _some_definite(forms):
-        return Freedom.BLOCKED, None
-    for mixture in _vanishing(forms, len(directions)):
+    for mixture in islice(_vanishing(forms, len(directions)), None if tries is None else tries - len(alone)):
         direction = mixture @ directions
         bend = np.einsum("rij,i,j->r", curved, mixture, mixture)
-        along = np.linalg.lstsq(jacobian, -bend, rcond=1e-9)[0]
-        if moves(motion, state, direction, along):
+        if moves(motion, state, direction, found.solve(-bend)):
             return Freedom.MIXES, direction
     return Freedom.UNKNOWN, directions[0]
 
@@ -91,17 +99,16 @@ def _curvature(motion: Motion, rho: Array, directions: Array) -> Array:
         for sign in (1.0, -1.0):
             moved = rho.copy()
             moved[motion.free] += sign * _STEP * direction
-            ends.append(motion.linkage.closure(moved)[1][:, motion.free])
+            ends.append(motion.linkage.closure(moved).jacobian(motion.free))
         columns.append((ends[0] - ends[1]) / (2.0 * _STEP) @ directions.T)
     curved = np.stack(columns, axis=2)
     return np.asarray((curved + curved.transpose(0, 2, 1)) / 2.0)
 
 
-def _forms(jacobian: Array, curved: Array, count: int) -> Array:
+def _forms(stresses: Array, curved: Array) -> Array:
     """(m, k, k) independent quadratic forms that must vanish along a motion, each of norm 1."""
-    rows = len(jacobian)
-    left = np.linalg.svd(jacobian, full_matrices=True)[0][:, jacobian.shape[1] - count :]
-    flat = (left.T @ curved.reshape(rows, -1)).reshape(-1, count * count)
+    count = curved.shape[1]
+    flat = stresses @ curved.reshape(len(curved), count * count)
     if not len(flat):
         return np.empty((0, count, count))
     _, values, basis = np.linalg.svd(flat, full_matrices=False)
@@ -132,7 +139,7 @@ def _some_definite(forms: Array) -> bool:
     return False
 
 
-def _vanishing(forms: Array, count: int) -> list[Array]:
+def _vanishing(forms: Array, count: int) -> Iterator[Array]:
     """Unit vectors (k,) at which all forms vanish, as many as some starts lead to (Levenberg-Marquardt)."""
     rng = np.random.default_rng(0)
     found: list[Array] = []
@@ -151,4 +158,4 @@ def _vanishing(forms: Array, count: int) -> list[Array]:
             damping = max(damping / 3.0, 1e-12) if better else 4.0 * damping
         if float(np.abs(error).max(initial=0.0)) < 1e-9 and all(abs(float(v @ other)) < 0.999 for other in found):
             found.append(v)
-    return found
+            yield v
