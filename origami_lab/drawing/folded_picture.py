@@ -11,12 +11,21 @@ import matplotlib
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
-from scipy.ndimage import uniform_filter
 
 from origami_lab.drawing.camera import Camera, frame_points
-from origami_lab.drawing.painting import OVERSAMPLE, Inks, Pixels, Surroundings, Veils, mark_borders, no_veils, paint
+from origami_lab.drawing.painting import (
+    OVERSAMPLE,
+    Inks,
+    Pixels,
+    Surroundings,
+    Veils,
+    blur,
+    mark_borders,
+    no_veils,
+    paint,
+)
 from origami_lab.drawing.scene import BACK, FRONT, INK, PAGE, PALE_TARGET, TARGET, TargetSurface
-from origami_lab.drawing.z_buffer import NOTHING, blend, fill_z_buffer
+from origami_lab.drawing.z_buffer import NOTHING, fill_z_buffer
 from origami_lab.files import replacing
 from origami_lab.fold_format.fold_file import FoldFile, FoldFrame
 from origami_lab.fold_format.panel_triangles import triangulate
@@ -25,7 +34,8 @@ Places = tuple[NDArray[np.intp], NDArray[np.intp]]
 
 _LIGHT = np.array([-0.45, 0.62, 0.64])  # right, up, towards the viewer
 _HOLLOW, _DARKEST = 0.05, 0.36  # how far hollows darken, as a share of the picture, and how much at most
-_VEIL, _UNCOVERED = 0.20, 0.34  # opacity of the target in front of the paper, and elsewhere
+_VEIL, _BARE = 0.20, 0.34  # opacity of the target in front of the paper, and elsewhere
+_COMPRESSED = 4  # PNG's level: its 6 takes half as long again for a twentieth of the bytes
 _STEP = 0.012  # of the picture: a step in depth that shows one panel before another
 
 
@@ -72,35 +82,34 @@ class Studio:
             rows = min(rows, 2 * int((np.ptp(seen) + 2 * margin + caption) / 2))
             self.camera = frame_points(everything, (margin, margin, side, rows - margin - caption), upright=upright)
         self.shape = (rows, self.fine)
-        self.backdrop = np.full((*self.shape, 3), PAGE, dtype=np.float32)
-        """(rows, columns, 3) what is seen where no panel is."""
         self.veils = no_veils(self.shape) if target is None else self._veils_of(target)
-        for layer in range(len(self.veils.near) - 1, -1, -1):
-            seen = self.veils.owner[layer]
-            blend(self.backdrop, seen != NOTHING, _UNCOVERED, self.veils.shades, seen)
         dark = (0.55 * TARGET[0], 0.55 * TARGET[1], 0.55 * TARGET[2])
         depths = {"veil_depth": 0.002 * self.fine, "rim_depth": 0.004 * self.fine}
-        self.inks = Inks(INK, dark, meet=0.55, end=0.9, veil=_VEIL, seen=0.75, hidden=0.4, **depths)
+        lines = {"meet": 0.55, "end": 0.9, "seen": 0.75, "hidden": 0.4}
+        self.inks = Inks(INK, dark, PAGE, bare=_BARE, veil=_VEIL, **lines, **depths)
         self._blank: NDArray[np.uint8] | None = None
+        # kept: the system takes longer to make room for new ones than the panels take to be filled in
+        self._buffers = np.empty(self.shape, np.float32), np.empty(self.shape, np.int32)
+        self._marks = np.empty(self.shape, np.uint8)
 
     def expect_many(self) -> None:
         """Paint what is seen without a sheet once, for all pictures to come; they are the same with and without it."""
-        empty = fill_z_buffer(np.zeros((0, 3, 3)), np.zeros(0, np.int32), self.shape)
+        empty = fill_z_buffer(np.zeros((0, 3, 3)), np.zeros(0, np.int32), self.shape, self._buffers)
         self._blank = self._painted(*empty, np.zeros((0, 3), np.float32))
 
     def picture(self, sheet: DrawnSheet, coords: NDArray[np.float64]) -> Image.Image:
         """The panels at (V, 3) folded ``coords``."""
         corners = self.camera.project(coords[sheet.triangles])
-        near, owner = fill_z_buffer(corners, sheet.panels.astype(np.int32), self.shape)
+        near, owner = fill_z_buffer(corners, sheet.panels.astype(np.int32), self.shape, self._buffers)
         colours = self._panel_colours(sheet, coords[sheet.triangles], corners)
         return Image.fromarray(self._painted(near, owner, colours))
 
     def _painted(self, near: Pixels, owner: NDArray[np.int32], colours: Pixels) -> NDArray[np.uint8]:
         """The picture of the panels in a z-buffer, which have these colours."""
-        marks = np.zeros(owner.shape, dtype=np.uint8)
-        mark_borders(owner, near, _STEP * self.fine, max(1, round(self.fine / 1000)), marks)
-        layers = (near, owner, colours, _surroundings(near, owner), marks)
-        return paint(self.backdrop, *layers, self.veils, self.inks, self._blank)
+        self._marks[...] = 0
+        mark_borders(owner, near, _STEP * self.fine, max(1, round(self.fine / 1000)), self._marks)
+        layers = (near, owner, colours, _surroundings(near, owner), self._marks)
+        return paint(*layers, self.veils, self.inks, self._blank)
 
     def _panel_colours(
         self, sheet: DrawnSheet, spatial: NDArray[np.float64], corners: NDArray[np.float64]
@@ -123,23 +132,23 @@ class Studio:
         facing = np.where(facing[:, 2:] >= 0.0, facing, -facing)
         shades = _lit(np.array(TARGET)[None, :], facing)
         index = np.arange(len(corners), dtype=np.int32)
-        near, seen = fill_z_buffer(corners, index, self.shape)
-        far, last = fill_z_buffer(corners * np.array([1.0, 1.0, -1.0]), index, self.shape)
-        far[last != NOTHING] *= -1.0
-        rim = _outline(near, seen, facing, 0.02 * self.fine)
-        return Veils(np.stack([near, far]), np.stack([seen, last]), shades, rim)
+        veils = np.empty((2, *self.shape), np.float32), np.empty((2, *self.shape), np.int32)
+        (near, far), (seen, last) = veils
+        fill_z_buffer(corners, index, self.shape, (near, seen))
+        fill_z_buffer(corners * np.array([1.0, 1.0, -1.0]), index, self.shape, (far, last))
+        np.negative(far, out=far, where=last != NOTHING)
+        return Veils(*veils, shades, _outline(near, seen, facing, 0.02 * self.fine))
 
 
 def _surroundings(near: Pixels, owner: NDArray[np.int32]) -> Surroundings:
     """What is about each place of the paper; on every fourth pixel, as it is smooth."""
-    lowest = near.min(where=owner != NOTHING, initial=np.inf)
-    lowest = lowest if np.isfinite(lowest) else np.float32(0.0)
     every = 2 * OVERSAMPLE
-    around = np.where(owner[::every, ::every] != NOTHING, near[::every, ::every], lowest)
+    around, seen = near[::every, ::every], owner[::every, ::every] != NOTHING
+    lowest = float(around[seen].min()) if seen.any() else 0.0
+    around = np.where(seen, around, np.float32(lowest))
     reach = max(3, int(_HOLLOW * around.shape[1] / 2) | 1)
-    for _ in range(3):  # three boxes are nearly a Gaussian
-        around = uniform_filter(around, reach)
-    return Surroundings(around, float(lowest), scale=1.6 * 2 * reach, darkest=_DARKEST)
+    blur(around, reach)
+    return Surroundings(around, lowest, scale=1.6 * 2 * reach, darkest=_DARKEST)
 
 
 def _lit(base: NDArray[np.float64], facing: NDArray[np.float64]) -> NDArray[np.float32]:
@@ -227,4 +236,4 @@ def draw_folded(
     image = studio.picture(sheet_of(fold), frame.coords)
     write_caption(image, *caption_lines(fold, frame), target is not None)
     with replacing(path) as part:
-        image.save(part, format="PNG", optimize=False)
+        image.save(part, format="PNG", compress_level=_COMPRESSED)

@@ -61,6 +61,8 @@ class Inks:
         (3,) the colour of the lines.
     meet, end
         Opacity of a line where two panels meet, and where one ends.
+    page, bare
+        (3,) the colour of the page, and the opacity of each surface of a target where no paper is.
     veil, veil_depth
         Opacity of a target before the paper, and how far before it that begins.
     seen, hidden, rim_depth
@@ -69,6 +71,8 @@ class Inks:
 
     crease: tuple[float, float, float]
     rim: tuple[float, float, float]
+    page: tuple[float, float, float]
+    bare: float
     meet: float
     end: float
     veil: float
@@ -108,20 +112,44 @@ def mark_borders(owner: NDArray[np.int32], near: Pixels, jump: float, width: int
     rows, columns = owner.shape
     for row in range(rows):
         for column in range(columns):
-            for axis in range(2):
-                below, right = row + (axis == 0), column + (axis == 1)
-                if below == rows or right == columns or owner[below, right] == owner[row, column]:
-                    continue
-                ends = abs(near[below, right] - near[row, column]) > jump  # infinite beside the page
+            here = owner[row, column]
+            if row + 1 < rows and owner[row + 1, column] != here:
+                ends = abs(near[row + 1, column] - near[row, column]) > jump  # infinite beside the page
                 reach = width if ends else 1
                 for shift in range(1 - reach, reach + 1):
-                    r = min(max(row + shift, 0), rows - 1) if axis == 0 else row
-                    c = min(max(column + shift, 0), columns - 1) if axis == 1 else column
-                    marks[r, c] = max(marks[r, c], END if ends else MEET)
+                    r = min(max(row + shift, 0), rows - 1)
+                    marks[r, column] = max(marks[r, column], END if ends else MEET)
+            if column + 1 < columns and owner[row, column + 1] != here:
+                ends = abs(near[row, column + 1] - near[row, column]) > jump
+                reach = width if ends else 1
+                for shift in range(1 - reach, reach + 1):
+                    c = min(max(column + shift, 0), columns - 1)
+                    marks[row, c] = max(marks[row, c], END if ends else MEET)
+
+
+@kernel
+def blur(field: Pixels, reach: int) -> None:
+    """Blur (H, W), in place: three times the mean of ``reach`` (odd) about each place, along rows and columns.
+
+    That is nearly a Gaussian. Beyond its ends the field is mirrored.
+    """
+    half = reach // 2
+    for axis in range(2):
+        lines = field if axis == 0 else field.T
+        count = lines.shape[1]
+        wide = np.empty(count + reach, dtype=np.float64)  # from half + 1 places before the line to half after it
+        for line in range(lines.shape[0]):
+            for _ in range(3):
+                for at in range(count + reach):
+                    place = (at - half - 1) % (2 * count)
+                    wide[at] = lines[line, min(place, 2 * count - 1 - place)]
+                total = wide[:reach].sum()
+                for at in range(count):
+                    total += wide[at + reach] - wide[at]
+                    lines[line, at] = total / reach
 
 
 def paint(
-    backdrop: Pixels,
     near: Pixels,
     owner: NDArray[np.int32],
     colours: Pixels,
@@ -131,12 +159,10 @@ def paint(
     inks: Inks,
     blank: NDArray[np.uint8] | None = None,
 ) -> NDArray[np.uint8]:
-    """The picture (H/2, W/2, 3) of panels over a backdrop, in a target.
+    """The picture (H/2, W/2, 3) of panels in a target, on a page.
 
     Parameters
     ----------
-    backdrop
-        (H, W, 3) what is seen where no panel is, 0 to 255.
     near, owner
         (H, W) the z-buffer of the panels (:func:`~origami_lab.drawing.z_buffer.fill_z_buffer`).
     colours
@@ -154,11 +180,12 @@ def paint(
     else:
         picture = blank.copy()
     hollows = (surroundings.lowest, surroundings.scale, surroundings.darkest)
-    numbers = (*hollows, inks.meet, inks.end, inks.veil, inks.veil_depth, inks.seen, inks.hidden, inks.rim_depth)
+    depths = (inks.veil, inks.veil_depth, inks.seen, inks.hidden, inks.rim_depth)
+    numbers = (*hollows, inks.bare, inks.meet, inks.end, *depths)
     _paint(
-        *(picture, backdrop, near, owner, colours, surroundings.near, marks),
+        *(picture, near, owner, colours, surroundings.near, marks),
         *(veils.near, veils.owner, veils.shades, veils.rim, blank is None),
-        *(np.array([inks.crease, inks.rim], dtype=np.float32), np.array(numbers, dtype=np.float32)),
+        *(np.array([inks.crease, inks.rim, inks.page], dtype=np.float32), np.array(numbers, dtype=np.float32)),
     )
     return picture
 
@@ -166,7 +193,6 @@ def paint(
 @kernel
 def _paint(
     picture: NDArray[np.uint8],
-    backdrop: Pixels,
     near: Pixels,
     owner: NDArray[np.int32],
     colours: Pixels,
@@ -177,13 +203,17 @@ def _paint(
     shades: Pixels,
     rim: NDArray[np.bool_],
     whole: bool,
-    lines: Pixels,
+    inks: Pixels,
     numbers: Pixels,
 ) -> None:
-    """Pixel by pixel of the picture, and of the buffers within; not ``whole``: those that show a panel or a mark."""
-    lowest, scale, darkest, meet, end, veil, veil_depth, seen, hidden, rim_depth = numbers
-    colour, total = np.empty(3, dtype=np.float32), np.empty(3, dtype=np.float32)
-    full = np.float32(1.0)
+    """Pixel by pixel of the picture, and of the buffers within; not ``whole``: those that show a panel or a mark.
+
+    Colours are three numbers each, not arrays: so they stay in registers.
+    """
+    lowest, scale, darkest, bare, meet, end, veil, veil_depth, seen, hidden, rim_depth = numbers
+    (crease_r, crease_g, crease_b), (rim_r, rim_g, rim_b), (page_r, page_g, page_b) = inks
+    none, full, most = np.float32(0.0), np.float32(1.0), np.float32(255.0)
+    layers = veil_near.shape[0]
     for y in range(picture.shape[0]):
         for x in range(picture.shape[1]):
             here = lowest  # beside the paper nearness is −inf
@@ -195,32 +225,43 @@ def _paint(
             if not shows:
                 continue
             behind = around[y // 2, x // 2] - here
-            light = full - darkest * (full - np.exp(-behind / scale)) if behind > np.float32(0.0) else full
-            total[:] = 0.0
+            light = full - darkest * (full - np.exp(-behind / scale)) if behind > none else full
+            total_r, total_g, total_b = none, none, none
             for row in range(OVERSAMPLE * y, OVERSAMPLE * y + OVERSAMPLE):
                 for column in range(OVERSAMPLE * x, OVERSAMPLE * x + OVERSAMPLE):
                     depth = near[row, column]
                     panel = owner[row, column]
-                    for i in range(3):
-                        if panel < 0:
-                            colour[i] = backdrop[row, column, i]
-                        else:
-                            colour[i] = colours[panel, i] * light
+                    r, g, b = page_r, page_g, page_b
+                    if panel >= 0:
+                        r, g, b = colours[panel, 0] * light, colours[panel, 1] * light, colours[panel, 2] * light
+                    else:
+                        for layer in range(layers - 1, -1, -1):
+                            triangle = veil_owner[layer, row, column]
+                            if triangle >= 0:
+                                r += bare * (shades[triangle, 0] - r)
+                                g += bare * (shades[triangle, 1] - g)
+                                b += bare * (shades[triangle, 2] - b)
                     if marks[row, column] > 0:
                         opacity = end if marks[row, column] == END else meet
-                        for i in range(3):
-                            colour[i] += opacity * (lines[0, i] - colour[i])
+                        r += opacity * (crease_r - r)
+                        g += opacity * (crease_g - g)
+                        b += opacity * (crease_b - b)
                     if panel >= 0:
-                        for layer in range(veil_near.shape[0] - 1, -1, -1):
+                        for layer in range(layers - 1, -1, -1):
                             if veil_near[layer, row, column] > depth + veil_depth:
                                 triangle = veil_owner[layer, row, column]
-                                for i in range(3):
-                                    colour[i] += veil * (shades[triangle, i] - colour[i])
+                                r += veil * (shades[triangle, 0] - r)
+                                g += veil * (shades[triangle, 1] - g)
+                                b += veil * (shades[triangle, 2] - b)
                     if rim[row, column]:
                         opacity = hidden if depth > veil_near[0, row, column] + rim_depth else seen
-                        for i in range(3):
-                            colour[i] += opacity * (lines[1, i] - colour[i])
-                    for i in range(3):
-                        total[i] += min(max(colour[i], np.float32(0.0)), np.float32(255.0))
-            for i in range(3):
-                picture[y, x, i] = np.uint8(total[i] / np.float32(OVERSAMPLE * OVERSAMPLE) + np.float32(0.5))
+                        r += opacity * (rim_r - r)
+                        g += opacity * (rim_g - g)
+                        b += opacity * (rim_b - b)
+                    total_r += min(max(r, none), most)
+                    total_g += min(max(g, none), most)
+                    total_b += min(max(b, none), most)
+            share, half = full / np.float32(OVERSAMPLE * OVERSAMPLE), np.float32(0.5)
+            picture[y, x, 0] = np.uint8(total_r * share + half)
+            picture[y, x, 1] = np.uint8(total_g * share + half)
+            picture[y, x, 2] = np.uint8(total_b * share + half)

@@ -19,7 +19,10 @@ _SAME_DEPTH = 1e-3
 
 
 def fill_z_buffer(
-    corners: NDArray[np.float64], owners: NDArray[np.int32], shape: tuple[int, int]
+    corners: NDArray[np.float64],
+    owners: NDArray[np.int32],
+    shape: tuple[int, int],
+    buffers: tuple[NDArray[np.float32], NDArray[np.int32]] | None = None,
 ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
     """Fill a z-buffer with triangles.
 
@@ -31,14 +34,16 @@ def fill_z_buffer(
         (T,) what to write where the triangle is seen, ≥ 0.
     shape
         Rows and columns of the buffers.
+    buffers
+        The two that are to be filled, whatever is in them; by default new ones.
 
     Returns
     -------
     nearness, owner
         Two arrays of that shape; −inf and :data:`NOTHING` where there is nothing.
     """
-    nearness = np.full(shape, -np.inf, dtype=np.float32)
-    owner = np.full(shape, NOTHING, dtype=np.int32)
+    nearness, owner = buffers or (np.empty(shape, dtype=np.float32), np.empty(shape, dtype=np.int32))
+    nearness[...], owner[...] = -np.inf, NOTHING
     _fill(np.ascontiguousarray(corners, dtype=np.float64), owners.astype(np.int32), nearness, owner)
     return nearness, owner
 
@@ -83,47 +88,3 @@ def _fill(
                 if near > nearness[row, column] + _SAME_DEPTH:
                     nearness[row, column] = near
                     owner[row, column] = owners[t]
-
-
-def blend(
-    image: NDArray[np.float32],
-    where: NDArray[np.bool_],
-    opacity: float,
-    colours: NDArray[np.float32],
-    owner: NDArray[np.int32] | None = None,
-) -> None:
-    """Lay colours over an image, in place.
-
-    Parameters
-    ----------
-    image
-        (H, W, 3).
-    where
-        (H, W) which pixels.
-    opacity
-        From 0 (nothing happens) to 1.
-    colours
-        (3,) one colour, or (N, 3) a table of them.
-    owner
-        (H, W) row of the table for each pixel; must be ≥ 0 where ``where``.
-    """
-    table = colours.reshape(-1, 3)
-    rows = np.zeros((1, 1), dtype=np.int32) if owner is None else owner
-    _blend(image, where, np.float32(opacity), table, rows)
-
-
-@kernel
-def _blend(
-    image: NDArray[np.float32],
-    where: NDArray[np.bool_],
-    opacity: np.float32,
-    table: NDArray[np.float32],
-    owner: NDArray[np.int32],
-) -> None:
-    """Pixel by pixel; a table of one colour needs no owners."""
-    for row in range(image.shape[0]):
-        for column in range(image.shape[1]):
-            if where[row, column]:
-                index = owner[row, column] if table.shape[0] > 1 else 0
-                for channel in range(3):
-                    image[row, column, channel] += opacity * (table[index, channel] - image[row, column, channel])

@@ -27,7 +27,6 @@ from origami_lab.file_names import (
     PATTERN_PNG,
     PATTERN_SVG,
     RESULT,
-    TARGET,
     VIEWER,
 )
 from origami_lab.runs.run_folder import RunFolder
@@ -36,6 +35,7 @@ from origami_lab.runs.trial_row import TrialRow
 if TYPE_CHECKING:
     from origami_lab.game.crease_pattern import CreasePattern
     from origami_lab.search.problem import Outcome
+    from origami_lab.targets.target import Target
 
 
 MOTION_STEPS = 24
@@ -70,7 +70,7 @@ def write_files(
     if settings.files == "all":
         motion, warnings = _motion(parts, kept.outcome, kept.design)
         write_fold(path / MOTION, motion)
-        warnings += [*kept.warnings, *_draw(path, folder, on_paper=settings.cell is not None)]
+        warnings += [*kept.warnings, *_draw(path, folder, parts.target, on_paper=settings.cell is not None)]
     beside = {"passed_over": kept.passed_over, RECORD: list(record)}
     row.write(path / RESULT, {name: value for name, value in beside.items() if value})
     return warnings
@@ -119,17 +119,16 @@ def _write_curve(path: Path, parts: Parts, outcome: Outcome, row: TrialRow) -> N
         writer.writerow((row.interactions, row.return_, row.driving_angle))
 
 
-def _draw(path: Path, folder: RunFolder, on_paper: bool) -> list[str]:
+def _draw(path: Path, folder: RunFolder, surface: Target | None, on_paper: bool) -> list[str]:
     """Draw the pictures. One that fails is a warning, the design is what counts; a full disk is an OSError."""
     warnings = []
-    target_file = folder.path / TARGET
     try:
-        from origami_lab.drawing import draw_folded, draw_motion, draw_pattern, read_target
+        from origami_lab.drawing import TargetSurface, draw_folded, draw_motion, draw_pattern
         from origami_lab.export.formats import export_design
         from origami_lab.fold_format.writer import read_fold
 
         fold, motion = read_fold(path / BEST), read_fold(path / MOTION)
-        target = read_target(target_file) if target_file.is_file() else None
+        target = None if surface is None else TargetSurface(surface.vertices, surface.faces)
     except Exception as error:
         return [f"no pictures: {type(error).__name__}: {error}"]
     pictures: list[tuple[str, Callable[[Path], object]]] = [

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from origami_lab.drawing.camera import frame_points
-from origami_lab.drawing.z_buffer import NOTHING, blend, fill_z_buffer
+from origami_lab.drawing.z_buffer import NOTHING, fill_z_buffer
 from origami_lab.fold_format.fold_file import FoldFile
 
 EMPTY = FoldFile(np.empty((0, 2)), np.empty((0, 2), np.int32), (), np.empty(0), (), None, None, ())
@@ -49,17 +49,6 @@ def test_neighbours_leave_no_gap() -> None:
     _, both = fill_z_buffer(corners, np.zeros(2, dtype=np.int32), (10, 10))
     rows = [np.flatnonzero(line == 0) for line in both]
     assert all(len(line) == 0 or len(line) == line[-1] - line[0] + 1 for line in rows)
-
-
-def test_blend() -> None:
-    image = np.full((2, 2, 3), 100.0, dtype=np.float32)
-    where = np.array([[True, False], [True, False]])
-    blend(image, where, 0.25, np.array([200.0, 100.0, 0.0], dtype=np.float32))
-    assert image[0, 0].tolist() == [125.0, 100.0, 75.0]
-    assert image[0, 1].tolist() == [100.0, 100.0, 100.0]
-    table = np.array([[0, 0, 0], [8, 8, 8]], dtype=np.float32)
-    blend(image, where, 1.0, table, np.array([[1, NOTHING], [0, NOTHING]], dtype=np.int32))
-    assert image[:, 0, 0].tolist() == [8.0, 0.0]
 
 
 def test_camera_fills_its_window_without_mirroring() -> None:
