@@ -125,9 +125,11 @@ def _draw(path: Path, folder: RunFolder, surface: Target | None, on_paper: bool)
     try:
         from origami_lab.drawing import TargetSurface, draw_folded, draw_motion, draw_pattern
         from origami_lab.export.formats import export_design
+        from origami_lab.fold_format.motion_frames import with_motion
         from origami_lab.fold_format.writer import read_fold
 
         fold, motion = read_fold(path / BEST), read_fold(path / MOTION)
+        both = with_motion(fold, motion) if fold.frames and motion.frames else fold
         target = None if surface is None else TargetSurface(surface.vertices, surface.faces)
     except Exception as error:
         return [f"no pictures: {type(error).__name__}: {error}"]
@@ -135,12 +137,12 @@ def _draw(path: Path, folder: RunFolder, surface: Target | None, on_paper: bool)
         (PATTERN_PNG, lambda file: draw_pattern(fold, file)),
         (FOLDED_PNG, lambda file: draw_folded(fold, file, target)),
         (FILM, lambda file: draw_motion(motion, file, target)),
-        (PATTERN_SVG, lambda file: export_design(path, "svg", file)),
-        (VIEWER, lambda file: export_design(path, "html", file, target=target)),
+        (PATTERN_SVG, lambda file: export_design(both, "svg", file)),
+        (VIEWER, lambda file: export_design(both, "html", file, target=target)),
     ]
     if on_paper:
-        pictures.append((PATTERN_DXF, lambda file: export_design(path, "dxf", file)))
-        pictures += [(name, lambda file: export_design(path, "cut", file)) for name in CUT_SHEETS]
+        pictures.append((PATTERN_DXF, lambda file: export_design(both, "dxf", file)))
+        pictures += [(name, lambda file: export_design(both, "cut", file)) for name in CUT_SHEETS]
     for name, draw in pictures:
         try:
             draw(path / name)

@@ -88,10 +88,12 @@ class CheckedJson:
         if any(not isinstance(row, list) or len(row) not in (2, 3) for row in rows):
             self.refuse(key, "every vertex must have 2 or 3 coordinates")
         wide = max(map(len, rows))
-        numbers = [
-            [self.number(item, key, LARGEST_COORDINATE) for item in row] + [0.0] * (wide - len(row)) for row in rows
-        ]
-        return np.array(numbers, dtype=np.float64)
+        flat = [item for row in rows for item in (row if len(row) == wide else [*row, 0.0])]
+        if set(map(type, flat)) <= {float, int} and -LARGEST_COORDINATE <= min(flat) <= max(flat) <= LARGEST_COORDINATE:
+            return np.array(flat, dtype=np.float64).reshape(-1, wide)
+        for item in flat:
+            self.number(item, key, LARGEST_COORDINATE)
+        raise AssertionError("one of them is no number of sane size")
 
     def indices(self, frame: Mapping[str, Any], key: str, size: int) -> tuple[Face, ...]:
         """Lists of vertex numbers below ``size``."""

@@ -25,8 +25,11 @@ def read_motion(path: str | os.PathLike[str]) -> FoldFile:
     anything that is not such a file.
     """
     fold, motion = _read(path)
-    if motion is None:
-        return fold
+    return fold if motion is None else with_motion(fold, motion)
+
+
+def with_motion(fold: FoldFile, motion: FoldFile) -> FoldFile:
+    """A file with the folded forms of another one of the same pattern, too, as :func:`read_motion` puts them."""
     known = [_driving(frame) for frame in fold.frames]
     added = [frame for frame in motion.frames if min(abs(_driving(frame) - angle) for angle in known) > _SAME]
     before = sorted([*fold.frames[:-1], *added], key=lambda frame: abs(_driving(frame)))

@@ -29,6 +29,7 @@ __all__ = ["FoldFile", "FoldFrame", "as_fold_file", "fold_title", "read_fold", "
 
 _LINE = 110
 """Columns at which the written JSON wraps."""
+_ENCODED = json.JSONEncoder(allow_nan=False, ensure_ascii=False).encode
 
 
 def to_fold(design: CreasePattern | FoldFile) -> dict[str, Any]:
@@ -187,15 +188,23 @@ def _dump(fold: Mapping[str, Any]) -> str:
     return "\n".join(_lines(fold, "")) + "\n"
 
 
+def _is_long(value: Any) -> bool:
+    """Whether a list or dictionary has so many items that it cannot fit into a line: it need not be tried."""
+    if isinstance(value, dict):
+        value = list(value.values())
+    return isinstance(value, list) and (3 * len(value) > _LINE or any(map(_is_long, value)))
+
+
 def _lines(value: Any, indent: str, taken: int = 0) -> Iterator[str]:
     """``value`` on one line where it fits; else a key, a dictionary or as many items as fit per line.
 
     ``taken`` columns of the first line hold the key.
     """
-    inline = json.dumps(value, allow_nan=False, ensure_ascii=False)
-    if len(indent) + taken + len(inline) < _LINE or not isinstance(value, dict | list) or not value:
-        yield inline
-        return
+    if not _is_long(value):
+        inline = _ENCODED(value)
+        if len(indent) + taken + len(inline) < _LINE or not isinstance(value, dict | list) or not value:
+            yield inline
+            return
     inner = indent + " "
     if isinstance(value, dict):
         yield "{"
@@ -210,7 +219,7 @@ def _lines(value: Any, indent: str, taken: int = 0) -> Iterator[str]:
     yield "["
     row = inner
     for index, item in enumerate(value):
-        first, *rest = _lines(item, inner) if isinstance(item, dict) else [json.dumps(item, allow_nan=False)]
+        first, *rest = _lines(item, inner) if isinstance(item, dict) else [_ENCODED(item)]
         comma = "," if index < len(value) - 1 else ""
         if rest:
             block = [inner + first, *rest]
