@@ -12,7 +12,7 @@ import json
 import re
 import sys
 import sysconfig
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib import metadata
 from importlib.machinery import ModuleSpec, PathFinder
 from importlib.util import find_spec
@@ -49,6 +49,14 @@ def our_parts(place: str) -> tuple[str, ...]:
     ]
     found = {name for text in texts for name in re.findall(r"^\s*_target_:\s*(origami_lab\.\S+)", text, re.MULTILINE)}
     return tuple(sorted(found.union(*(_FROM_FILES.get(name, ()) for name in places))))
+
+
+def names_only_ours(config: Any) -> bool:
+    """Whether every ``_target_`` of a configuration, at any depth, is a part of this package."""
+    if isinstance(config, Mapping):
+        ours = str(config.get("_target_", "origami_lab.")).startswith("origami_lab.")
+        return ours and all(map(names_only_ours, config.values()))
+    return not isinstance(config, list | tuple) or all(map(names_only_ours, config))
 
 
 def spec_of(module: str) -> ModuleSpec | None:

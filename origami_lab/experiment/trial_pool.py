@@ -43,7 +43,7 @@ Event = Started | Compiling | Compiled | Progress | Polishing | Finished | Faile
 
 
 class TrialPool:
-    """Worker processes. The first starts at once, makes the parts and loads kernels before it is given a trial.
+    """Worker processes. They start at once; the first makes the parts and loads kernels before it is given a trial.
 
     Parameters
     ----------
@@ -54,6 +54,8 @@ class TrialPool:
     def __init__(self, settings: Settings, early: TrialProcess | None = None) -> None:
         self._settings = settings
         self._workers = [(early or TrialProcess()).begin(settings, first=True)]
+        while len(self._workers) < min(settings.workers, len(settings.seeds)):
+            self._workers.append(TrialProcess().begin(settings, first=False))
         self._compiler: WorkerProcess | None = None
         self.stopping = False
 
@@ -73,8 +75,6 @@ class TrialPool:
         """
         todo = deque(seeds)
         ready, first_report = False, math.inf
-        while len(self._workers) < min(self._settings.workers, len(todo)):
-            self._workers.append(TrialProcess().begin(self._settings, first=False))
         while True:
             if not self.stopping:
                 for worker in self._workers if ready else self._workers[:1]:

@@ -53,7 +53,7 @@ def early_process() -> Iterator[TrialProcess]:
         process.bury()
 
 
-def _serve(orders: Orders, calls: Calls) -> None:
+def _serve(orders: Orders, calls: Calls) -> bool:
     from origami_lab.experiment.trial_worker import serve  # there: it imports all that plays
 
-    serve(orders, calls)
+    return serve(orders, calls)

@@ -10,6 +10,7 @@ from importlib import import_module
 
 from origami_lab.config.instantiate import Parts, build_parts
 from origami_lab.config.settings import Settings
+from origami_lab.config.trusted_code import names_only_ours
 from origami_lab.experiment.checked_parts import CheckedParts, look_at
 from origami_lab.experiment.kernel_loading import load_kernels, warm_up
 from origami_lab.experiment.trial import run_trial
@@ -52,18 +53,20 @@ class Failed:
     """The folder's trouble, if the trial failed because its files could not be written."""
 
 
-def serve(orders: Orders, calls: Calls) -> None:
+def serve(orders: Orders, calls: Calls) -> bool:
     """Run trials until the parent has no more or goes away.
 
     Before it is told its experiment a worker imports what plays; then it makes its parts. The experiment's first
     worker tells of them (:class:`CheckedParts`; of nothing, where something is wrong with them) and loads all kernels
     (only one does: on a fresh installation it compiles); the others load them with their first task.
+
+    Returns whether nothing but this package's own code has run, so that there is nothing to wait for at its end.
     """
     with contextlib.suppress(Exception):  # what is wrong with the installation is for the parent to say
         _import_what_plays()
     begin = orders.next()
     if not isinstance(begin, Begin):
-        return
+        return True
     settings, kernels = begin.settings, begin.kernels
     sys.path += [place for place in begin.importable if place not in sys.path]
     first: Parts | None = None
@@ -84,6 +87,7 @@ def serve(orders: Orders, calls: Calls) -> None:
                 load_kernels(settings, first)
         orders.say(_answer(task, orders, parts, first, calls))
         parts = None  # used up: each trial gets fresh ones
+    return names_only_ours(settings.config)
 
 
 def _import_what_plays() -> None:
