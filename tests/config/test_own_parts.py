@@ -12,6 +12,7 @@ import pytest
 from origami_lab.cli import main
 from origami_lab.config.compose import compose_settings, working_directory_importable
 from origami_lab.config.instantiate import Parts, build_parts
+from origami_lab.config.trusted_code import names_only_ours
 from origami_lab.errors import InputError
 
 MINE = """\
@@ -267,3 +268,13 @@ def test_a_wrong_yaml_is_said_in_one_line(content: bytes, expected: str, tmp_pat
         compose_settings(["objective=mine", "search=rdm"], tmp_path)
     assert expected in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+def test_whether_all_is_ours_is_seen_at_any_depth() -> None:
+    ours = {"_target_": "origami_lab.search.Rdm"}
+    mine = {"_target_": "mine.Objective"}
+    assert names_only_ours({})
+    assert names_only_ours({"search": ours, "budget": 3, "objective": {"terms": [ours, {"a": ours}]}})
+    assert not names_only_ours({"search": ours, "objective": mine})
+    assert not names_only_ours({"search": {**ours, "inner": [ours, {"deep": mine}]}})
+    assert not names_only_ours({"search": {"_target_": "origami_laboratory.Rdm"}})

@@ -34,6 +34,17 @@ class Beacon(Height):
         return super().score(sheet)
 
 
+class Noting(Height):
+    """Notes what it is asked in a file that it never closes."""
+
+    def __init__(self, notes: str) -> None:
+        self.file = Path(notes).open("a", encoding="utf-8")  # noqa: SIM115
+
+    def score(self, sheet: object) -> float:
+        self.file.write("asked\n")
+        return super().score(sheet)
+
+
 class Broken(Height):
     """Fails in one trial after the other, each time in another way, and then no more.
 

@@ -342,6 +342,12 @@ def test_an_objective_and_an_endless_searcher_of_ones_own(tmp_path: Path) -> Non
     assert not (tmp_path / "out/target.ply").exists()
 
 
+def test_what_an_objective_of_ones_own_has_written_is_not_lost(tmp_path: Path) -> None:
+    noting = ("objective=noting", f"objective.notes={tmp_path}/notes")
+    assert run(ROOT, *OWN_OBJECTIVE, f"output={tmp_path}/out", *noting, "budget=50") == 0
+    assert set((tmp_path / "notes").read_text().splitlines()) == {"asked"}
+
+
 def test_a_bad_objective_fails_its_trials_and_nothing_else(tmp_path: Path) -> None:
     (tmp_path / "notes").mkdir()
     ways = "[raises,gives_nan,dies,leaves,hangs_in_c]"

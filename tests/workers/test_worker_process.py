@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import signal
 import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -30,6 +32,14 @@ def serve(orders: Orders, calls: Calls, greeting: str) -> None:
             calls(time.sleep)(600.0)
         elif order == "exit":
             os._exit(3)
+
+
+def serve_and_leave(orders: Orders, calls: Calls, note: Path) -> bool:
+    """Leaves at once, and has said what is to be done before."""
+    atexit.register(note.write_text, "done")
+    sys.stderr.write("with its last words")
+    orders.next()
+    return True
 
 
 def answer(worker: WorkerProcess) -> Any:
@@ -61,6 +71,14 @@ def test_orders_and_answers_and_a_quiet_end() -> None:
         assert worker.bury() == "exit code 0"
         worker.send(STOP)  # nobody is there, and nobody minds
         assert worker.bury() == "exit code 0"
+
+
+def test_who_leaves_at_once_does_before_what_it_was_told_to(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    worker = WorkerProcess(serve_and_leave, (tmp_path / "note",), None)
+    worker.send(None)
+    assert worker.bury() == "exit code 0"
+    assert (tmp_path / "note").read_text() == "done"
+    assert "with its last words" in capfd.readouterr().err
 
 
 def test_a_death_is_heard_and_costs_the_others_nothing() -> None:
