@@ -75,6 +75,10 @@ class TrialPool:
         """
         todo = deque(seeds)
         ready, first_report = False, math.inf
+        for idle in self._workers[max(len(todo), 1) :]:  # of a resumed run there may be less to do
+            idle.kill()
+            idle.bury()
+        del self._workers[max(len(todo), 1) :]
         while True:
             if not self.stopping:
                 for worker in self._workers if ready else self._workers[:1]:
