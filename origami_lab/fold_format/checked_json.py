@@ -89,11 +89,10 @@ class CheckedJson:
             self.refuse(key, "every vertex must have 2 or 3 coordinates")
         wide = max(map(len, rows))
         flat = [item for row in rows for item in (row if len(row) == wide else [*row, 0.0])]
-        if set(map(type, flat)) <= {float, int} and -LARGEST_COORDINATE <= min(flat) <= max(flat) <= LARGEST_COORDINATE:
-            return np.array(flat, dtype=np.float64).reshape(-1, wide)
-        for item in flat:
+        sane = set(map(type, flat)) <= {float, int} and max(map(abs, flat)) <= LARGEST_COORDINATE
+        for item in () if sane else flat:  # which says what is wrong
             self.number(item, key, LARGEST_COORDINATE)
-        raise AssertionError("one of them is no number of sane size")
+        return np.array(flat, dtype=np.float64).reshape(-1, wide)
 
     def indices(self, frame: Mapping[str, Any], key: str, size: int) -> tuple[Face, ...]:
         """Lists of vertex numbers below ``size``."""

@@ -9,20 +9,18 @@ in the interval. Of triangles that share a vertex the cones over their far sides
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
+from numpy.typing import NDArray
 
 from origami_lab.verification.linkage import State
-from origami_lab.verification.panel_pairs import Neighbourhood, Pairs, apart
+from origami_lab.verification.panel_pairs import Neighbourhood, Pairs, apart, parts
 from origami_lab.verification.plane_graph import Array, Indices, cross
 from origami_lab.verification.sliding_contact import sliding_gap
 from origami_lab.verification.triangle_separation import gaps, least
 
 SAFETY = 8.0
-_AT_A_TIME = 4096
 _BESIDE = 1e-12
-"""A gap that is larger than another by this part of it is not so by rounding."""
+"""Of a gap: by so much it must be larger than enough, that rounding does not make it so."""
 
 
 class RelativeMotion:
@@ -101,7 +99,7 @@ class IntervalPlanes:
             (:meth:`Neighbourhood.gap`), infinite where ``gap`` is enough.
         """
         gap, distances, planes = np.empty(len(pairs)), np.full((len(pairs), 3), np.inf), np.empty((len(pairs), 3))
-        for part in _parts(len(pairs)):
+        for part in parts(len(pairs)):
             motion = RelativeMotion(self.near, pairs.take(part), a, m, b)
             normals = motion.normals()
             ready = np.concatenate([self._last(pairs.numbers[part])[:, None], normals, -normals], axis=1)
@@ -122,7 +120,7 @@ class IntervalPlanes:
     def sliding(self, pairs: Pairs, a: State, m: State, b: State) -> Array:
         """(N,) the gap that a plane shows which moves along with two touching sides, over a whole interval."""
         gap = np.empty(len(pairs))
-        for part in _parts(len(pairs)):
+        for part in parts(len(pairs)):
             motion = RelativeMotion(self.near, pairs.take(part), a, m, b)
             gap[part] = sliding_gap(motion.first, motion.controls.reshape(-1, 4, 3, 3), motion.error)
         return gap
@@ -131,24 +129,23 @@ class IntervalPlanes:
         """(N, 3) the planes kept of pairs, 0 where there is none, which shows nothing."""
         if not len(self._numbers):
             return np.zeros((len(numbers), 3))
+        at, known = self._places(numbers)
+        return np.where(known[:, None], self._planes[at], 0.0)
+
+    def _places(self, numbers: Indices) -> tuple[Indices, NDArray[np.bool_]]:
+        """(N,) where pairs are among those kept, and whether they are."""
         at = np.searchsorted(self._numbers, numbers).clip(max=len(self._numbers) - 1)
-        return np.where((self._numbers[at] == numbers)[:, None], self._planes[at], 0.0)
+        return at, self._numbers[at] == numbers
 
     def _keep(self, numbers: Indices, planes: Array) -> None:
         if len(self._numbers):
-            at = np.searchsorted(self._numbers, numbers).clip(max=len(self._numbers) - 1)
-            if (self._numbers[at] == numbers).all():
+            at, known = self._places(numbers)
+            if known.all():
                 self._planes[at] = planes
                 return
         # of a number that comes twice the first one is taken
         self._numbers, first = np.unique(np.concatenate([numbers, self._numbers]), return_index=True)
         self._planes = np.concatenate([planes, self._planes])[first]
-
-
-def _parts(count: int) -> Iterator[slice]:
-    """So many pairs, a bounded number at a time: what is worked out for them takes some kilobytes each."""
-    for start in range(0, count, _AT_A_TIME):
-        yield slice(start, min(start + _AT_A_TIME, count))
 
 
 def _best(shown: tuple[Array, Array], directions: Array) -> tuple[Array, Array, Array]:

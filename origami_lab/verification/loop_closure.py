@@ -11,12 +11,10 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 from scipy.linalg import lapack
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from origami_lab.verification.plane_graph import Array, Indices
 
 _RANK = 1e-11
 """Of the largest singular value: smaller ones count as zero in a least-squares solution."""

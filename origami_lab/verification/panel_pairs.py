@@ -61,8 +61,8 @@ class Pairs:
         return Pairs(self.second, self.first, self.panels[:, ::-1], -1 - self.numbers, self.hinged)
 
     def parts(self) -> list[Pairs]:
-        """All pairs, a bounded number at a time: what is worked out for them takes some kilobytes each."""
-        return [self.take(slice(start, start + _AT_A_TIME)) for start in range(0, len(self), _AT_A_TIME)]
+        """All pairs, a bounded number at a time."""
+        return [self.take(part) for part in parts(len(self))]
 
 
 class Neighbourhood:
@@ -191,6 +191,11 @@ class Neighbourhood:
         """(N,) distances at one state; of pairs that share a vertex, how far apart the cones are (their unit sides)."""
         work = [apart(part.hinged, self.first(part), self.second(part, state)[0])[0] for part in pairs.parts()]
         return np.concatenate([np.empty(0), *work])
+
+
+def parts(count: int) -> list[slice]:
+    """So many pairs, a bounded number at a time: what is worked out for them takes some kilobytes each."""
+    return [slice(start, min(start + _AT_A_TIME, count)) for start in range(0, count, _AT_A_TIME)]
 
 
 def apart(hinged: bool, p: Array, q: Array) -> tuple[Array, Array]:
