@@ -7,6 +7,7 @@ import math
 import os
 import shutil
 from pathlib import Path
+from typing import ClassVar, TextIO
 
 import numpy as np
 
@@ -35,13 +36,15 @@ class Beacon(Height):
 
 
 class Noting(Height):
-    """Notes what it is asked in a file that it never closes."""
+    """Notes what it is asked in files that nothing closes before the process ends."""
+
+    files: ClassVar[list[TextIO]] = []
 
     def __init__(self, notes: str) -> None:
-        self.file = Path(notes).open("a", encoding="utf-8")  # noqa: SIM115
+        self.files.append(Path(notes).open("a", encoding="utf-8"))  # noqa: SIM115
 
     def score(self, sheet: object) -> float:
-        self.file.write("asked\n")
+        self.files[-1].write("asked\n")
         return super().score(sheet)
 
 
